@@ -1,0 +1,50 @@
+# make validate   Mitsuba 3 and the reference tracer against exact answers; says where the report is
+# make test       the tests, in under ten minutes on two cores
+# make test-all   the tests and the long ones
+# make check      formatting, lint, types, import rules
+# make truth      the committed data of the Cornell box anew, in about half an hour
+# make schema     results.schema.json from the code
+# make pins       constraints.txt from what is installed
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALLED := $(VENV)/.installed
+
+.PHONY: validate test test-all check truth schema pins clean
+
+validate: $(INSTALLED)
+	$(BIN)/lightproof validate $(ARGS)
+
+test: $(INSTALLED)
+	$(BIN)/python -m pytest -m "not slow" $(ARGS)
+
+test-all: $(INSTALLED)
+	$(BIN)/python -m pytest $(ARGS)
+
+check: $(INSTALLED)
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+truth: $(INSTALLED)
+	$(BIN)/python -m comparisons.truth cornell-box --spp 131072
+
+schema: $(INSTALLED)
+	$(BIN)/python -m comparisons.results
+
+pins: $(INSTALLED)
+	$(BIN)/python -m pip freeze --exclude-editable --exclude lightproof > constraints.txt
+
+# the constraints pin what CI has tested; a marker file keeps a second run from installing again
+$(INSTALLED): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+		|| { echo "Python 3.11 or later is needed; found $$($(PYTHON) --version). Try: make PYTHON=python3.12"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable . --group dev
+	@touch $@
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

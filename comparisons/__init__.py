@@ -1,0 +1,1 @@
+"""Is the renderer right? Renderers, statistics, verdicts, and runs of many comparisons."""

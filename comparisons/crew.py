@@ -1,0 +1,98 @@
+"""A crew of renderer processes: requests go in as to any executor, futures come out.
+
+Each request runs in a process that has the renderer loaded; processes are kept between requests, and one that
+failed is replaced by the next request that needs it.
+"""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Future, ThreadPoolExecutor
+from types import TracebackType
+from typing import Self
+
+from comparisons.renderers import Images, Unsupported
+from comparisons.renderers.process import RendererProcess
+from scenes import Scene
+
+
+class Crew:
+    """At most ``jobs`` renderer processes at work. A context manager: leaving it ends them all."""
+
+    def __init__(self, jobs: int) -> None:
+        self.jobs = jobs
+        self._pool = ThreadPoolExecutor(jobs)  # one thread waits for each process
+        self._lock = threading.Lock()
+        self._idle: dict[str, list[RendererProcess]] = {}
+        self._all: set[RendererProcess] = set()
+        self._closed = False
+
+    def render(
+        self, name: str, scene: Scene, bounces: int, spp: int, seed: int, timeout: float
+    ) -> Future[Images]:
+        """Ask for one image; the future raises what ``RendererProcess.render`` raises."""
+        return self._pool.submit(self._render, name, scene, bounces, spp, seed, timeout)
+
+    def version(self, name: str) -> str:
+        """Of the renderer, which is loaded for that.
+
+        Raises:
+            RendererFailed: it can't be loaded.
+        """
+        process = self._take(name)
+        self._keep(name, process)
+        return process.version
+
+    def dismiss(self, name: str) -> None:
+        """End the idle processes of a renderer that is not needed any more."""
+        with self._lock:
+            idle = self._idle.pop(name, [])
+        for process in idle:
+            self._end(process)
+
+    def _render(self, name: str, scene: Scene, bounces: int, spp: int, seed: int, timeout: float) -> Images:
+        process = self._take(name)
+        try:
+            image = process.render(scene, bounces, spp, seed, timeout)
+        except Unsupported:
+            self._keep(name, process)
+            raise
+        except BaseException:
+            self._end(process)
+            raise
+        self._keep(name, process)
+        return image
+
+    def _take(self, name: str) -> RendererProcess:
+        with self._lock:
+            if self._idle.get(name):
+                return self._idle[name].pop()
+        process = RendererProcess(name)
+        with self._lock:
+            self._all.add(process)
+            if self._closed:  # the crew was sent home while this one was still on its way
+                process.close()
+        return process
+
+    def _keep(self, name: str, process: RendererProcess) -> None:
+        with self._lock:
+            self._idle.setdefault(name, []).append(process)
+
+    def _end(self, process: RendererProcess) -> None:
+        process.close()
+        with self._lock:
+            self._all.discard(process)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with self._lock:
+            self._closed = True
+            for process in self._all:
+                process.kill()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        for process in list(self._all):
+            self._end(process)

@@ -1,0 +1,87 @@
+"""Deviations that are known: proved real, measured, and declared in a file, so that only what is new is red.
+
+    [[deviation]]
+    case = "furnace-sphere"
+    renderer = "mitsuba:scalar_rgb"
+    versions = "==3.9.*"
+    bounces = [1, 2]
+    bias = [0.013, 0.014]             # relative, of the whole image, one per bounce
+    reason = "…"
+    link = "https://…"
+
+A bounce whose deviation is measured to be the declared one, within the case's tolerance of it, has the verdict
+``known``. A larger one fails; one that has vanished passes, and the report asks for the entry to go.
+"""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+import msgspec
+from packaging.specifiers import InvalidSpecifier, SpecifierSet
+
+SHIPPED = Path(str(files("comparisons") / "known.toml"))
+"""The deviations this project has found itself."""
+
+
+class KnownError(ValueError):
+    """A file of known deviations that can't be read."""
+
+
+class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One entry; see above. ``versions`` are those of the renderer, as in a requirement of a Python package."""
+
+    case: str
+    renderer: str
+    versions: str
+    bounces: list[int]
+    bias: list[float]
+    reason: str
+    link: str
+
+    def __post_init__(self) -> None:
+        if len(self.bias) != len(self.bounces):
+            raise ValueError(
+                f"bias has {len(self.bias)} numbers, bounces has {len(self.bounces)}: expected as many"
+            )
+        try:
+            SpecifierSet(self.versions)
+        except InvalidSpecifier as error:
+            raise ValueError(f"versions = {self.versions!r}: {error}") from None
+
+
+class _File(msgspec.Struct, forbid_unknown_fields=True):
+    deviation: list[Deviation] = []
+
+
+def load(path: Path) -> list[Deviation]:
+    """Read a file of known deviations.
+
+    Raises:
+        KnownError: it does not exist, or a field is wrong; with its path and what was expected.
+    """
+    try:
+        return msgspec.toml.decode(path.read_bytes(), type=_File).deviation
+    except OSError as error:
+        raise KnownError(f"{path}: {error.strerror}") from error
+    except msgspec.DecodeError as error:
+        raise KnownError(f"{path}: {error}") from error
+
+
+def declared(deviations: list[Deviation], case: str, renderer: str, version: str) -> dict[int, Deviation]:
+    """The entries that apply to a comparison, by bounce.
+
+    Args:
+        deviations: all of them.
+        case: its name.
+        renderer: its full name.
+        version: of the renderer.
+    """
+    return {
+        bounce: entry
+        for entry in deviations
+        if (entry.case, entry.renderer) == (case, renderer)
+        and SpecifierSet(entry.versions).contains(version, prereleases=True)
+        for bounce in entry.bounces
+    }

@@ -1,0 +1,95 @@
+"""Renderers: the protocol, and one adapter per file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from types import MappingProxyType
+
+from comparisons.renderers.protocol import (
+    Images,
+    Renderer,
+    RendererError,
+    RendererFailed,
+    RendererTimeout,
+    Unsupported,
+)
+from scenes.names import look_up
+
+__all__ = [
+    "RENDERERS",
+    "SHORT_NAMES",
+    "Entry",
+    "Images",
+    "Renderer",
+    "RendererError",
+    "RendererFailed",
+    "RendererTimeout",
+    "Unsupported",
+    "canonical",
+    "create",
+]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A renderer that can be asked for.
+
+    Attributes:
+        title: one line.
+        module, adapter, argument: which class to make, and with what. It is imported in the worker process
+            that runs it, and nowhere else.
+        package: the distribution that it needs besides this one's own.
+    """
+
+    title: str
+    module: str
+    adapter: str
+    argument: str
+    package: str = "lightproof"
+
+
+RENDERERS: Mapping[str, Entry] = MappingProxyType(
+    {
+        "reference:mis": Entry(
+            "the reference tracer: next event and chance, weighted", "reference", "ReferenceRenderer", "mis"
+        ),
+        "reference:nee": Entry(
+            "the reference tracer: next event alone", "reference", "ReferenceRenderer", "nee"
+        ),
+        "reference:bsdf": Entry(
+            "the reference tracer: emission found by chance", "reference", "ReferenceRenderer", "bsdf"
+        ),
+        "mitsuba:scalar_rgb": Entry(
+            "Mitsuba 3, integrator path", "mitsuba", "MitsubaRenderer", "scalar_rgb", "mitsuba"
+        ),
+    }
+)
+
+SHORT_NAMES: Mapping[str, str] = MappingProxyType(
+    {"reference": "reference:mis", "mitsuba": "mitsuba:scalar_rgb"}
+)
+
+
+def canonical(name: str) -> str:
+    """The full name behind a short one: ``mitsuba`` is ``mitsuba:scalar_rgb``.
+
+    Raises:
+        UnknownNameError: there is no such renderer.
+    """
+    full = SHORT_NAMES.get(name, name)
+    look_up("renderer", full, {**dict.fromkeys(SHORT_NAMES), **RENDERERS})
+    return full
+
+
+def create(name: str) -> Renderer:
+    """Make the renderer of that name, importing its packages.
+
+    Raises:
+        UnknownNameError: there is no such renderer.
+        ImportError: its packages are not installed.
+    """
+    entry = RENDERERS[canonical(name)]
+    adapter: Callable[[str], Renderer] = getattr(import_module(f"{__name__}.{entry.module}"), entry.adapter)
+    return adapter(entry.argument)

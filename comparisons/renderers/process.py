@@ -1,0 +1,151 @@
+"""A renderer in a process of its own, seen from the run: started, asked, timed, stopped, and its log kept."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from contextlib import suppress
+from types import TracebackType
+from typing import Self
+
+import msgspec
+import numpy as np
+
+from comparisons.renderers.messages import Failed, Ready, Refused, Render, Reply, receive_reply, send
+from comparisons.renderers.protocol import Images, RendererFailed, RendererTimeout, Unsupported
+from scenes import Scene
+
+START_TIMEOUT = 120.0
+"""Seconds for a renderer to import its packages."""
+
+LOG_LINES = 20
+
+# every worker is one processor's work; libraries that would take more are told
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+
+class RendererProcess:
+    """One renderer in its own process. Not for use by two threads at once.
+
+    Attributes:
+        version: of the renderer, as it says itself.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._log = tempfile.TemporaryFile()  # without a name: nothing is left behind
+        # -P: a folder named `scenes` in the user's working directory must not be taken for ours
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "comparisons.renderers.worker", name],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+            env={**os.environ, **_ONE_THREAD},
+        )
+        try:
+            reply, _ = self._reply(START_TIMEOUT)
+            if not isinstance(reply, Ready):
+                raise RendererFailed(
+                    reply.message if isinstance(reply, Failed) else f"said {reply}", self.log()
+                )
+        except BaseException:
+            self.close()
+            raise
+        self.version = reply.version
+
+    def render(self, scene: Scene, bounces: int, spp: int, seed: int, timeout: float) -> Images:
+        """Render in the process; see ``protocol.Renderer``.
+
+        Raises:
+            Unsupported: naming the feature that is missing.
+            RendererTimeout: no answer in ``timeout`` seconds.
+            RendererFailed: it raised, crashed, or returned an image of the wrong shape or with a value that
+                is not finite.
+        """
+        assert self._process.stdin is not None
+        try:
+            send(self._process.stdin, Render(scene, bounces, spp, seed))
+        except BrokenPipeError:
+            raise self._gone() from None
+        reply, image = self._reply(timeout)
+        if isinstance(reply, Refused):
+            raise Unsupported(reply.feature)
+        if isinstance(reply, Failed):
+            raise RendererFailed(reply.message, self.log())
+        if image is None:
+            raise RendererFailed(f"said {reply} where an image was expected", self.log())
+        _check(image, (bounces + 1, *scene.shape))
+        return image
+
+    def _reply(self, timeout: float) -> tuple[Reply, Images | None]:
+        assert self._process.stdout is not None
+        expired = threading.Event()
+
+        def stop() -> None:
+            expired.set()
+            self._process.kill()
+
+        timer = threading.Timer(timeout, stop)
+        timer.start()
+        try:
+            return receive_reply(self._process.stdout)
+        except msgspec.DecodeError as error:
+            raise RendererFailed(
+                f"its process said something that is no reply: {error}", self.log()
+            ) from None
+        except EOFError:
+            if expired.is_set():
+                raise RendererTimeout(
+                    f"no answer within {timeout:.0f} s; it was stopped", self.log()
+                ) from None
+            raise self._gone() from None
+        finally:
+            timer.cancel()
+
+    def _gone(self) -> RendererFailed:
+        status = self._process.wait()
+        how = f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
+        return RendererFailed(f"its process {how}", self.log())
+
+    def log(self) -> list[str]:
+        """The last lines that the process printed."""
+        self._log.seek(0, os.SEEK_END)
+        self._log.seek(max(0, self._log.tell() - 100_000))
+        return self._log.read().decode(errors="replace").splitlines()[-LOG_LINES:]
+
+    def kill(self) -> None:
+        """End the process at once; whoever waits for its answer is told that it has gone."""
+        self._process.kill()
+
+    def close(self) -> None:
+        """End the process and forget its log."""
+        self.kill()
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout, self._log):
+            if stream is not None:
+                with suppress(BrokenPipeError):  # a request that the process did not live to read
+                    stream.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _check(image: Images, shape: tuple[int, ...]) -> None:
+    """Refuse what is no image of that shape."""
+    if image.shape != shape:
+        raise RendererFailed(
+            f"returned an image of shape {image.shape}, expected {shape}: (bounces + 1, height, width, channels)"
+        )
+    if not np.isfinite(image).all():
+        k, row, column, _ = np.argwhere(~np.isfinite(image))[0]
+        count = int((~np.isfinite(image)).sum())
+        raise RendererFailed(
+            f"returned {count} values that are not finite, the first in bounce {k}, row {row}, column {column}"
+        )

@@ -1,0 +1,61 @@
+"""What every renderer can do, and what can go wrong with one."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes import Scene
+
+Images = NDArray[np.float64]
+
+
+class RendererError(Exception):
+    """A renderer did not do its part. A result of the comparison, never the end of the run.
+
+    RendererError
+    ├── Unsupported      the scene needs a feature that the renderer does not have
+    ├── RendererFailed   it raised, crashed, could not be imported, or returned something that is no image
+    └── RendererTimeout  it did not answer in time, and was stopped
+    """
+
+    def __init__(self, message: str, log: list[str] | None = None) -> None:
+        super().__init__(message)
+        self.log = log or []
+
+
+class Unsupported(RendererError):
+    """The scene needs a feature that the renderer does not have; the message names it."""
+
+
+class RendererFailed(RendererError):
+    """It raised, crashed, could not be imported, or returned something that is no image."""
+
+
+class RendererTimeout(RendererError):
+    """It did not answer in time, and was stopped."""
+
+
+class Renderer(Protocol):
+    """A renderer, as comparisons see it. One file each in this folder."""
+
+    def version(self) -> str:
+        """Of the renderer itself, as its authors number it."""
+
+    def render(self, scene: Scene, bounces: int, spp: int, seed: int) -> Images:
+        """Estimate E, TE, …, TⁿE, n = ``bounces``.
+
+        Args:
+            scene: what to render; the sensor says at which resolution.
+            bounces: the last bounce.
+            spp: samples per pixel.
+            seed: different seeds give independent images, the same seed the same one.
+
+        Returns:
+            ``(bounces + 1, height, width, channels)``: row 0 at the top, scene-linear, unclamped.
+
+        Raises:
+            Unsupported: naming the feature that is missing.
+        """

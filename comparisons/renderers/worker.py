@@ -1,0 +1,56 @@
+"""The process in which one renderer lives: ``python -m comparisons.renderers.worker NAME``.
+
+Started by ``process.py``; a crash, a hang or a leak of the renderer stays in here.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import traceback
+
+from comparisons.renderers import Unsupported, create
+from comparisons.renderers.messages import (
+    Failed,
+    Ready,
+    Refused,
+    Render,
+    Rendered,
+    Reply,
+    receive_request,
+    send,
+)
+from comparisons.renderers.protocol import Images, Renderer
+
+
+def main(name: str) -> None:
+    """Answer requests until the standard input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then ends its workers
+    # replies go through a copy of the standard output; whatever else is printed there joins the log
+    replies = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    try:
+        renderer = create(name)
+        send(replies, Ready(renderer.version()))
+    except Exception as error:
+        traceback.print_exc()
+        send(replies, Failed(f"{name} can't be loaded: {error}"))
+        return
+    while (request := receive_request(sys.stdin.buffer)) is not None:
+        send(replies, *_answer(renderer, request))
+
+
+def _answer(renderer: Renderer, request: Render) -> tuple[Reply, Images | None]:
+    try:
+        image = renderer.render(request.scene, request.bounces, request.spp, request.seed)
+    except Unsupported as missing:
+        return Refused(str(missing)), None
+    except Exception as error:
+        traceback.print_exc()
+        return Failed(f"{type(error).__name__}: {error}"), None
+    return Rendered(image.shape), image
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,228 @@
+"""What a run found out: the schema of ``results.json``, its reader and its writer.
+
+``results.json`` is the only truth of a run. The report, the JUnit file and the table in the terminal are
+views of it, and anyone can read it: the JSON Schema lies beside this file as ``results.schema.json``.
+
+All biases, intervals and tolerances are relative: a bias of 0.01 is one percent of the truth of its region.
+A region's denominator is max(its truth, 5 % of the mean of that bounce's image); see ``comparisons.verdict``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta, Struct
+
+SCHEMA_VERSION = "1.0"
+RESULTS_FILE = "results.json"
+SCHEMA_FILE = Path(__file__).with_name("results.schema.json")
+
+BounceVerdict = Literal["pass", "fail", "inconclusive", "known"]
+Verdict = Literal["pass", "fail", "inconclusive", "known", "unsupported", "error"]
+Interval = tuple[float, float]
+
+
+class Place(Struct, frozen=True, kw_only=True):
+    """Where a tile lies: row and column in the grid of tiles, from 0, and its pixels [x0, x1) × [y0, y1)."""
+
+    row: int
+    column: int
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+
+class ChannelResult(Struct, frozen=True, kw_only=True):
+    """One channel of one bounce, over the whole image."""
+
+    channel: str
+    truth_mean: float
+    mean: float
+    denominator: Annotated[float, Meta(description="what bias and interval are relative to")]
+    bias: float
+    interval: Interval
+    standard_error: float
+    detectable_bias: float
+    resolution: float
+
+
+class TileResult(Struct, frozen=True, kw_only=True):
+    """The tile that lies furthest outside its tolerance, or closest to it."""
+
+    place: Place
+    channel: str
+    bias: float
+    interval: Interval
+    detectable_bias: float
+
+
+class KnownDeviation(Struct, frozen=True, kw_only=True):
+    """A deviation that was declared beforehand in known.toml, held against what was measured."""
+
+    declared_bias: float
+    state: Annotated[
+        Literal["confirmed", "changed", "vanished", "undecided"],
+        Meta(description="confirmed: measured to be what was declared; vanished: remove the entry"),
+    ]
+    reason: str
+    link: str
+
+
+class BounceResult(Struct, frozen=True, kw_only=True):
+    """One bounce: the numbers of the whole image in its worst channel, all channels, and the worst tile."""
+
+    bounce: int
+    verdict: BounceVerdict
+    decided_by: Annotated[
+        Literal["image", "tile"],
+        Meta(description="tile: the whole image alone would have passed; a tile made the verdict what it is"),
+    ]
+    channel: str
+    truth_mean: float
+    mean: float
+    denominator: float
+    bias: float
+    interval: Interval
+    standard_error: float
+    tolerance: float
+    tile_tolerance: float
+    detectable_bias: float
+    resolution: float
+    channels: list[ChannelResult]
+    worst_tile: TileResult
+    known: KnownDeviation | None = None
+
+
+class Metrics(Struct, frozen=True, kw_only=True):
+    """Image metrics of the partial sum E + TE + … + TⁿE, n = ``bounces``. They inform, they never decide."""
+
+    bounces: int
+    nrmse: float | None
+    psnr: float | None
+    ssim: float | None
+
+
+class Images(Struct, frozen=True, kw_only=True):
+    """EXR files, relative to the folder of results.json. Layers: ``scenes.formats.exr``."""
+
+    truth: str
+    renderer: str
+
+
+class Look(Struct, frozen=True, kw_only=True):
+    """One interim analysis: after so many replicates and seconds, at this level, so many bounces were open."""
+
+    replicates: int
+    seconds: float
+    alpha: float
+    open_bounces: list[int]
+
+
+class Comparison(Struct, frozen=True, kw_only=True):
+    """One case held against one renderer."""
+
+    case: str
+    renderer: str
+    verdict: Verdict
+    truth: Literal["exact", "computed", "estimated"]
+    seconds: float
+    spp: Annotated[int, Meta(description="samples per pixel, over all replicates")]
+    replicates: int
+    bounces: list[BounceResult]
+    title: str
+    blind_to: Annotated[str, Meta(description="what this case can't reveal")]
+    renderer_version: str
+    truth_source: Annotated[
+        str, Meta(description="the formula's source, or the estimator that made the truth")
+    ]
+    width: int
+    height: int
+    channels: list[str]
+    tiles: Annotated[tuple[int, int], Meta(description="rows and columns of the grid of tiles")]
+    alpha: float
+    looks: list[Look] = []
+    metrics: list[Metrics] = []
+    images: Images | None = None
+    message: Annotated[str, Meta(description="why: the missing feature, the crash, the exhausted budget")] = (
+        ""
+    )
+    log: Annotated[list[str], Meta(description="the last lines the renderer's process printed")] = []
+    notes: list[str] = []
+
+
+class Provenance(Struct, frozen=True, kw_only=True):
+    """What is needed to repeat the run."""
+
+    date: Annotated[str, Meta(description="ISO 8601, UTC")]
+    command_line: list[str]
+    versions: dict[str, str]
+    platform: str
+    processors: int
+    seed: int
+    seeds: Annotated[str, Meta(description="how the seeds of the replicates follow from the seed")]
+    budget: Annotated[float, Meta(description="seconds per case × renderer")]
+    alpha: float
+    jobs: int
+    seconds: Annotated[float, Meta(description="wall-clock time of the whole run")]
+
+
+class Results(Struct, frozen=True, kw_only=True):
+    """The content of results.json."""
+
+    version: str = SCHEMA_VERSION
+    provenance: Provenance
+    comparisons: list[Comparison]
+
+
+class ResultsError(ValueError):
+    """A results.json that can't be read: missing, damaged, or of another version."""
+
+
+def schema() -> dict[str, Any]:
+    """The JSON Schema (2020-12) of results.json."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **msgspec.json.schema(Results)}
+
+
+def write(results: Results, folder: Path) -> Path:
+    """Write ``results.json`` into the folder and return its path."""
+    path = folder / RESULTS_FILE
+    path.write_bytes(msgspec.json.format(msgspec.json.encode(results), indent=2) + b"\n")
+    return path
+
+
+def read(folder: Path) -> Results:
+    """Read the folder's ``results.json``.
+
+    Raises:
+        ResultsError: there is none, it is no valid JSON, or its version is not the one this program reads.
+    """
+    path = folder / RESULTS_FILE
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise ResultsError(
+            f"{path}: {error.strerror}. Expected a folder written by 'lightproof validate'"
+        ) from error
+    try:
+        version = msgspec.json.decode(content, type=dict[str, msgspec.Raw]).get(
+            "version", msgspec.Raw(b"null")
+        )
+        if (found := msgspec.json.decode(version)) != SCHEMA_VERSION:
+            raise ResultsError(
+                f"{path}: version {found!r}, expected {SCHEMA_VERSION!r}. Run 'lightproof validate' again"
+            )
+        return msgspec.json.decode(content, type=Results)
+    except msgspec.DecodeError as error:
+        raise ResultsError(f"{path}: {error}") from error
+
+
+def write_schema() -> None:
+    """Write the schema beside this file; ``make schema``."""
+    SCHEMA_FILE.write_bytes(msgspec.json.format(msgspec.json.encode(schema()), indent=2) + b"\n")
+
+
+if __name__ == "__main__":
+    write_schema()

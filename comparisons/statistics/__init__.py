@@ -1,0 +1,1 @@
+"""The statistics of verdicts: pure mathematics, no renderer in sight."""

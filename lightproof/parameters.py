@@ -1,0 +1,56 @@
+"""Values as people write them on the command line: percentages, sizes, bounces."""
+
+from __future__ import annotations
+
+import re
+
+import typer
+
+from scenes import Case
+
+
+def percent(text: str | None, option: str) -> float | None:
+    """``0.5%`` or ``0.005``: both 0.005.
+
+    Raises:
+        typer.BadParameter: no number, or one that is not above 0.
+    """
+    if text is None:
+        return None
+    try:
+        value = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        value = float("nan")
+    if not 0 < value < float("inf"):
+        raise typer.BadParameter(
+            f"{text!r}: expected a share above 0, such as 0.5% or 0.005", param_hint=option
+        )
+    return value
+
+
+def size(text: str | None) -> tuple[int, int] | None:
+    """``64x48``: width and height in pixels.
+
+    Raises:
+        typer.BadParameter: not of that form, or zero.
+    """
+    if text is None:
+        return None
+    match = re.fullmatch(r"([1-9]\d*)[x×]([1-9]\d*)", text)
+    if match is None:
+        raise typer.BadParameter(
+            f"{text!r}: expected WIDTHxHEIGHT in pixels, such as 64x48", param_hint="--size"
+        )
+    return int(match[1]), int(match[2])
+
+
+def bounce_count(case: Case, bounces: int | None) -> Case:
+    """The case, if its answer holds for so many bounces.
+
+    Raises:
+        typer.BadParameter: it does not.
+    """
+    if bounces is not None and case.max_bounces is not None and bounces > case.max_bounces:
+        message = f"{bounces}: the answer of {case.name} holds for bounces 0 to {case.max_bounces}"
+        raise typer.BadParameter(message, param_hint="--bounces")
+    return case

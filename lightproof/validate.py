@@ -1,0 +1,76 @@
+"""A whole validation: run it, write results.json, render the report."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+import reports
+from comparisons import campaign, results
+from comparisons.campaign import Observer, Settings
+from comparisons.results import Provenance, Results, Verdict
+from comparisons.sequential import first_seed
+from comparisons.verdict import overall
+from scenes import Case
+
+_PACKAGES = ("lightproof", "numpy", "scipy", "mitsuba", "OpenImageIO", "scikit-image")
+
+EXIT_STATUS: dict[Verdict, int] = {
+    "pass": 0,
+    "known": 0,
+    "fail": 1,
+    "error": 3,
+    "inconclusive": 4,
+    "unsupported": 5,
+}
+"""Of the command; 2 is wrong usage. ``unsupported`` counts only where nothing could be compared."""
+
+
+def validate(
+    cases: Sequence[Case], renderers: Sequence[str], settings: Settings, folder: Path, observer: Observer
+) -> Results:
+    """Hold every case against every renderer and write the folder.
+
+    Returns:
+        What ``results.json`` holds.
+
+    Raises:
+        UnknownNameError: there is no renderer of that name.
+        OSError: the folder can't be written.
+    """
+    start, date = time.monotonic(), datetime.now(UTC)
+    folder.mkdir(parents=True, exist_ok=True)
+    comparisons = campaign.run(cases, renderers, settings, folder, observer)
+    outcome = Results(
+        provenance=_provenance(settings, date, time.monotonic() - start), comparisons=comparisons
+    )
+    results.write(outcome, folder)
+    reports.render(folder)
+    return outcome
+
+
+def exit_status(outcome: Results) -> int:
+    """0 nothing wrong, 1 fail, 3 error, 4 inconclusive, 5 nothing could be compared; 1 before 3 before 4."""
+    return EXIT_STATUS[overall(comparison.verdict for comparison in outcome.comparisons)]
+
+
+def _provenance(settings: Settings, date: datetime, seconds: float) -> Provenance:
+    return Provenance(
+        date=date.isoformat(timespec="seconds"),
+        command_line=[Path(sys.argv[0]).name, *sys.argv[1:]],
+        versions={"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
+        platform=platform.platform(),
+        processors=os.cpu_count() or 1,
+        seed=settings.seed,
+        seeds=f"replicate r = 0, 1, … has the seed {first_seed(settings.seed)} + r",
+        budget=settings.budget,
+        alpha=settings.alpha,
+        jobs=settings.jobs,
+        seconds=seconds,
+    )

@@ -1,0 +1,99 @@
+"""``report.html``: one page that needs nothing but itself. Scripts, styles and pictures are all inside."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from bokeh.embed import components
+from bokeh.resources import Resources
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from comparisons.results import Results
+from reports import difference, quantities, sections, wording
+from reports.plain import plain
+from reports.sections import Section
+
+REPORT_FILE = "report.html"
+
+_SYMBOLS = {"pass": "✓", "fail": "✗", "inconclusive": "?", "known": "≈", "unsupported": "–", "error": "!"}
+
+
+def write(results: Results, folder: Path) -> Path:
+    """Write ``report.html`` into the folder of the results and return its path."""
+    parts = [sections.build(c, f"comparison-{i}", folder) for i, c in enumerate(results.comparisons, start=1)]
+    scripts, plots = _embedded(parts)
+    verdict, outcome = wording.outcome(results.comparisons)
+    text = (
+        _environment()
+        .get_template("report.html.j2")
+        .render(
+            results=results,
+            sections=parts,
+            scripts=scripts,
+            plots=plots,
+            verdict=verdict,
+            outcome=outcome,
+            counts=wording.counts(results.comparisons),
+            meanings=wording.MEANINGS,
+            symbols=_SYMBOLS,
+            columns=max((len(c.bounces) for c in results.comparisons), default=0),
+            palette=difference.PALETTE,
+        )
+    )
+    path = folder / REPORT_FILE
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _embedded(parts: Sequence[Section]) -> tuple[Markup, dict[str, Markup]]:
+    """Bokeh's library and the plots' script, and the place of each plot by ``anchor-name``."""
+    figures = {f"{part.anchor}-{name}": plot for part in parts for name, plot in part.figures.items()}
+    if not figures:
+        return Markup(), {}
+    script, places = components(figures)
+    # only the core of BokehJS: widgets, tables and MathJax would triple the page
+    library = Resources(mode="inline", components=["bokeh"]).render_js()
+    return Markup(library + script), {name: Markup(place) for name, place in places.items()}
+
+
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("reports"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        finalize=_finalize,
+    )
+    environment.filters |= {
+        "percent": quantities.percent,
+        "interval": quantities.interval,
+        "number": quantities.number,
+        "date": quantities.date,
+        "duration": quantities.duration,
+        "term": quantities.term,
+        "partial_sum": quantities.partial_sum,
+        "command": shlex.join,
+        "web_link": web_link,
+    }
+    environment.globals |= {"bias": quantities.bias}
+    return environment
+
+
+def _finalize(value: Any) -> Any:
+    """Every text that the template prints loses its control characters; markup of our own stays as it is."""
+    return plain(value) if type(value) is str else value
+
+
+def web_link(link: str) -> str:
+    """The link if it leads to the web, else an empty text: no ``javascript:`` ever becomes an href."""
+    try:
+        parts = urlsplit(link.strip())
+    except ValueError:
+        return ""
+    return link.strip() if parts.scheme in {"http", "https"} and parts.netloc else ""

@@ -1,0 +1,95 @@
+"""``junit.xml``: one suite per case, one test per renderer and bounce, for continuous integration.
+
+JUnit knows four results, results.json six. None of the two extra ones may look like agreement:
+
+=============  ===================================================================
+pass           passed
+known          passed, and says in ``system-out`` what is known
+fail           ``failure``
+inconclusive   ``error`` of type ``inconclusive``
+error          ``error`` of type ``renderer``
+unsupported    ``skipped``
+=============  ===================================================================
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
+
+from comparisons.results import BounceResult, Comparison, Results
+from reports import wording
+from reports.plain import plain
+
+JUNIT_FILE = "junit.xml"
+
+
+def write(results: Results, folder: Path) -> Path:
+    """Write ``junit.xml`` into the folder and return its path."""
+    xml = JUnitXml("lightproof")
+    for case in dict.fromkeys(comparison.case for comparison in results.comparisons):
+        suite = TestSuite(plain(case))
+        suite.timestamp = plain(results.provenance.date)
+        for comparison in results.comparisons:
+            if comparison.case == case:
+                suite.add_testcases(_tests(comparison))
+        xml.append(suite)
+    xml.update_statistics()
+    path = folder / JUNIT_FILE
+    xml.write(str(path), pretty=True)
+    return path
+
+
+def _tests(comparison: Comparison) -> list[Any]:
+    """The tests of one comparison, which share its time evenly."""
+    name = plain(f"{comparison.case}.{comparison.renderer}")
+    tests = []
+    for bounce in comparison.bounces:
+        test = TestCase(f"bounce {bounce.bounce}", name)
+        _judge_bounce(test, bounce, comparison)
+        tests.append(test)
+    # a verdict that no bounce carries still has to turn the run red, so it gets a test of its own
+    covered = {"pass", "known"} if comparison.bounces else set()
+    if comparison.verdict not in covered | {bounce.verdict for bounce in comparison.bounces}:
+        test = TestCase("all bounces", name)
+        _judge_whole(test, comparison)
+        tests.append(test)
+    for test in tests:
+        test.time = round(comparison.seconds / len(tests), 3)
+    return tests
+
+
+def _judge_bounce(test: Any, bounce: BounceResult, comparison: Comparison) -> None:
+    message = plain(wording.bounce_finding(bounce))
+    known = bounce.known
+    declared = f"Known deviation, {known.state}: {known.reason} {known.link}" if known else ""
+    if bounce.verdict == "fail":
+        test.result = _with_text(Failure(message, "fail"), comparison, declared)
+    elif bounce.verdict == "inconclusive":
+        test.result = _with_text(Error(message, "inconclusive"), comparison, declared)
+    elif declared:
+        test.system_out = plain(f"{message} {declared}")
+
+
+def _judge_whole(test: Any, comparison: Comparison) -> None:
+    message = plain(" ".join(filter(None, (wording.finding(comparison), comparison.message))))
+    match comparison.verdict:
+        case "unsupported":
+            test.result = Skipped(message, "unsupported")
+        case "fail":
+            test.result = _with_text(Failure(message, "fail"), comparison)
+        case "inconclusive":
+            test.result = _with_text(Error(message, "inconclusive"), comparison)
+        case "error":
+            test.result = _with_text(Error(message, "renderer"), comparison)
+        case "pass" | "known":
+            test.result = Error("No bounce was compared, though the verdict says so.", "inconclusive")
+
+
+def _with_text(result: Any, comparison: Comparison, declared: str = "") -> Any:
+    """Add what a reader of the log needs next: what was declared, the message, the renderer's last lines."""
+    lines = [declared, comparison.message, *comparison.notes, *comparison.log]
+    result.text = plain("\n".join(filter(None, lines)))
+    return result

@@ -1,0 +1,80 @@
+"""Numbers as people read them: percentages with as many digits as their interval supports, names of terms."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+
+from comparisons.results import Interval
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def percent(value: float) -> str:
+    """A relative size as ``1.3 %``: two digits, no sign but a minus."""
+    return f"{_fixed(100 * value, _decimals(100 * value))} %"
+
+
+def bias(value: float, interval: Interval) -> str:
+    """A relative bias and half the width of its interval, ``+1.30 ± 0.41 %``."""
+    half = 50 * (interval[1] - interval[0])
+    digits = _decimals(half)
+    return f"{_fixed(100 * value, digits, '+')} ± {_fixed(half, digits)} %"
+
+
+def interval(value: Interval) -> str:
+    """A relative interval, ``+0.9 to +1.7 %``."""
+    digits = _decimals(50 * (value[1] - value[0]))
+    return f"{_fixed(100 * value[0], digits, '+')} to {_fixed(100 * value[1], digits, '+')} %"
+
+
+def number(value: float) -> str:
+    """Any number with four digits: ``0.1235``, ``1.2×10⁻⁷``."""
+    if value == 0 or 1e-4 <= abs(value) < 1e6:
+        return f"{value:.4g}".replace("-", "−") if abs(value) < 1e4 else _fixed(value, 0)
+    mantissa, exponent = f"{value:.3e}".split("e")
+    return f"{mantissa}×10{str(int(exponent)).translate(_SUPERSCRIPTS)}".replace("-", "−")
+
+
+def decimal_label(mantissa: int, exponent: int) -> str:
+    """The label of a tick at mantissa × 10^exponent: ``0.02``, ``10⁻⁷``, ``5×10⁶``."""
+    if -3 <= exponent <= 3:
+        return f"{mantissa * 10.0**exponent:g}"
+    power = f"10{str(exponent).translate(_SUPERSCRIPTS)}"
+    return power if mantissa == 1 else f"{mantissa}×{power}"
+
+
+def duration(seconds: float) -> str:
+    """A time span: ``4.2 s``, ``3 min 5 s``, ``2 h 10 min``."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def date(iso: str) -> str:
+    """An ISO 8601 date in UTC, ``2025-11-03 09:30 UTC``; any other text as it is."""
+    try:
+        return f"{datetime.fromisoformat(iso).astimezone(UTC):%Y-%m-%d %H:%M} UTC"
+    except ValueError:
+        return iso
+
+
+def term(bounce: int) -> str:
+    """The term of the Neumann series: ``E``, ``TE``, ``T²E``."""
+    return "E" if bounce == 0 else f"T{'' if bounce == 1 else str(bounce).translate(_SUPERSCRIPTS)}E"
+
+
+def partial_sum(bounces: int) -> str:
+    """The sum up to a bounce: ``E``, ``E + TE``, ``E + … + T²E``."""
+    return ["E", "E + TE"][bounces] if bounces < 2 else f"E + … + {term(bounces)}"
+
+
+def _decimals(value: float) -> int:
+    """How many decimals show two digits of the value, at most four."""
+    return 2 if value == 0 else min(max(1 - math.floor(math.log10(abs(value))), 0), 4)
+
+
+def _fixed(value: float, decimals: int, sign: str = "-") -> str:
+    """Fixed point, thousands grouped, a real minus sign, and never a negative zero."""
+    return f"{value:{sign}z,.{decimals}f}".replace("-", "−")

@@ -1,0 +1,121 @@
+"""What was found, in sentences. Every sentence follows from the numbers of results.json alone."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import get_args
+
+from comparisons.results import BounceResult, Comparison, Interval, Verdict
+from reports import quantities
+
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+MEANINGS: dict[Verdict, str] = {
+    "pass": "Every region's interval lies inside ± its tolerance.",
+    "fail": "Some interval, simultaneous over regions, bounces and channels, lies outside ± its tolerance.",
+    "inconclusive": "Neither of the two, and the budget is used up. Never to be read as a pass.",
+    "known": "A deviation that was declared beforehand, and measured to be the declared one.",
+    "unsupported": "The renderer can't express the scene; nothing was compared.",
+    "error": "The renderer crashed, hung, or returned something that is no image.",
+}
+# the most urgent first: it names the outcome of the whole run
+_ENDINGS: dict[Verdict, str] = {
+    "fail": "failed",
+    "error": "ended in an error",
+    "inconclusive": "stayed inconclusive",
+}
+
+
+def counts(comparisons: Sequence[Comparison]) -> dict[Verdict, int]:
+    """How many comparisons ended in each verdict, all six of them."""
+    found = Counter(comparison.verdict for comparison in comparisons)
+    return {verdict: found[verdict] for verdict in VERDICTS}
+
+
+def outcome(comparisons: Sequence[Comparison]) -> tuple[Verdict, str]:
+    """The verdict of the run, and a sentence that says it.
+
+    A run passes only if something was compared and nothing failed, crashed or stayed undecided.
+    """
+    found, total = counts(comparisons), len(comparisons)
+    if urgent := [verdict for verdict in _ENDINGS if found[verdict]]:
+        first, *rest = urgent
+        others = "".join(f", {found[verdict]} {_ENDINGS[verdict]}" for verdict in rest)
+        return first, f"{_share(found[first], total)} {_ENDINGS[first]}{others}."
+    if found["pass"] + found["known"] == 0:
+        return "unsupported", "Nothing was compared."
+    if found["known"]:
+        return "known", f"{_share(found['known'], total)} passed with a known deviation; nothing failed."
+    if found["unsupported"]:
+        return "pass", f"{_share(found['pass'], total)} passed; the rest is unsupported."
+    return "pass", "The only comparison passed." if total == 1 else f"All {total} comparisons passed."
+
+
+def finding(comparison: Comparison) -> str:
+    """One comparison's result in a sentence or two."""
+    verdict = comparison.verdict
+    if verdict == "unsupported":
+        return f"{comparison.renderer} can't express this scene, so nothing was compared: unsupported."
+    if verdict == "error":
+        return f"{comparison.renderer} gave no image that could be judged: error."
+    if verdict == "pass":
+        return _agreement(comparison)
+    found = [bounce for bounce in comparison.bounces if bounce.verdict == verdict]
+    if not found:
+        return f"The comparison ended as {verdict}."
+    first, rest = found[0], [str(bounce.bounce) for bounce in found[1:]]
+    sentence = bounce_finding(first)
+    if rest:
+        noun = "Bounce" if len(rest) == 1 else "Bounces"
+        sentence += f" {noun} {_enumeration(rest)} ended the same way."
+    return sentence
+
+
+def bounce_finding(bounce: BounceResult) -> str:
+    """One bounce in a sentence: ``Bounce 1 is 1.3 % high (interval …, tolerance ±0.5 %): fail.``"""
+    bias, interval, tolerance = _evidence(bounce)
+    where = f"Bounce {bounce.bounce}" + (f" in {tile_name(bounce)}" if bounce.decided_by == "tile" else "")
+    numbers = f"interval {quantities.interval(interval)}, tolerance ±{quantities.percent(tolerance)}"
+    if bounce.verdict == "pass":
+        return f"{where} agrees with the truth ({numbers}): pass."
+    if bounce.verdict == "inconclusive":
+        return f"{where} is undecided ({numbers}): inconclusive, which is not a pass."
+    size = f"{quantities.percent(abs(bias))} {'high' if bias > 0 else 'low'}"
+    declared = ", as declared" if bounce.verdict == "known" else ""
+    return f"{where} is {size} ({numbers}){declared}: {bounce.verdict}."
+
+
+def tile_name(bounce: BounceResult) -> str:
+    """Where the worst tile lies, ``tile row 2, column 5 (channel G)``; rows and columns count from 0."""
+    tile = bounce.worst_tile
+    return f"tile row {tile.place.row}, column {tile.place.column} (channel {tile.channel})"
+
+
+def _evidence(bounce: BounceResult) -> tuple[float, Interval, float]:
+    """Bias, interval and tolerance of the region that decided."""
+    if bounce.decided_by == "tile":
+        return bounce.worst_tile.bias, bounce.worst_tile.interval, bounce.tile_tolerance
+    return bounce.bias, bounce.interval, bounce.tolerance
+
+
+def _agreement(comparison: Comparison) -> str:
+    bounces = comparison.bounces
+    if not bounces:
+        return "The comparison ended as pass."
+    who = "The only bounce agrees" if len(bounces) == 1 else f"All {len(bounces)} bounces agree"
+    whole = quantities.percent(max(bounce.detectable_bias for bounce in bounces))
+    tile = quantities.percent(max(bounce.worst_tile.detectable_bias for bounce in bounces))
+    return (
+        f"{who} with the {comparison.truth} truth within tolerance: pass. A bias of {whole} of the whole "
+        f"image, or of {tile} in the worst tile, would have failed with 90 % power."
+    )
+
+
+def _share(part: int, total: int) -> str:
+    if part == total:
+        return "The only comparison" if total == 1 else f"All {total} comparisons"
+    return f"{part} of {total} comparisons"
+
+
+def _enumeration(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

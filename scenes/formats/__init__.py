@@ -1,0 +1,1 @@
+"""Scenes and answers as files for other programs."""

@@ -1,0 +1,64 @@
+"""The Cornell box with its two blocks, in the geometry, colours and camera of Mitsuba 3's ``mi.cornell_box()``."""
+
+from __future__ import annotations
+
+import math
+
+from scenes.case import Case, Estimate, Tolerance
+from scenes.lights import AreaLight
+from scenes.materials import Lambertian
+from scenes.scene import Scene
+from scenes.sensor import Pinhole
+from scenes.surfaces import Quad, Surface, box
+from scenes.validation import Vector
+
+# measured data: Cornell University Program of Computer Graphics, as converted to RGB in Mitsuba 3
+_WHITE = Lambertian((0.885809, 0.698859, 0.666422))
+_GREEN = Lambertian((0.105421, 0.37798, 0.076425))
+_RED = Lambertian((0.570068, 0.0430135, 0.0443706))
+_LAMP = AreaLight((18.387, 13.9873, 6.75357))
+
+_DERIVATION = """\
+No closed form is known. The truth was estimated by the reference tracer with multiple importance sampling and
+is committed with its standard error, which every verdict counts. An estimate can't judge the estimator that
+made it: the reference tracer is held against it with another strategy, next-event estimation alone, which
+tests one strategy against the other and nothing else."""
+
+
+def _wall(name: str, corner: Vector, edge_u: Vector, edge_v: Vector, material: Lambertian) -> Surface:
+    return Surface(name, Quad(corner, edge_u, edge_v), material)
+
+
+def _block(name: str, center: Vector, half: Vector, degrees: float) -> tuple[Surface, ...]:
+    """A box turned about the y axis by ``degrees``, counterclockwise seen from above."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    x, y, z = half
+    axes = ((x * c, 0.0, -x * s), (0.0, y, 0.0), (z * s, 0.0, z * c))
+    return box(name, center, axes, _WHITE)
+
+
+def cornell_box() -> Case:
+    """Five walls, open to the front, a lamp 0.01 below the ceiling, two blocks."""
+    surfaces = (
+        Surface("lamp", Quad((-0.23, 0.99, -0.18), (0.46, 0.0, 0.0), (0.0, 0.0, 0.38)), _WHITE, _LAMP),
+        _wall("floor", (-1.0, -1.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0), _WHITE),
+        _wall("ceiling", (-1.0, 1.0, -1.0), (2.0, 0.0, 0.0), (0.0, 0.0, 2.0), _WHITE),
+        _wall("back", (-1.0, -1.0, -1.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0), _WHITE),
+        _wall("green-wall", (1.0, -1.0, -1.0), (0.0, 0.0, 2.0), (0.0, 2.0, 0.0), _GREEN),
+        _wall("red-wall", (-1.0, -1.0, 1.0), (0.0, 0.0, -2.0), (0.0, 2.0, 0.0), _RED),
+        *_block("small-block", (0.335, -0.7, 0.38), (0.3, 0.3, 0.3), -17.0),
+        *_block("large-block", (-0.33, -0.4, -0.28), (0.3, 0.61, 0.3), 18.25),
+    )
+    sensor = Pinhole((0.0, 0.0, 3.9), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 39.3077, 64, 64)
+    image = (0.005, 0.005, 0.01, 0.02)
+    return Case(
+        name="cornell-box",
+        family="cornell_box",
+        title="The Cornell box of Mitsuba 3, all diffuse",
+        scene=Scene(surfaces, sensor),
+        answer=Estimate(file="cornell-box.exr", renderer="reference:mis", stand_in="reference:nee"),
+        bounces=5,
+        tolerance=Tolerance(image=image, tile=tuple(5 * t for t in image)),
+        derivation=_DERIVATION,
+        blind_to="an error that the reference tracer shares",
+    )

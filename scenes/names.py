@@ -1,0 +1,32 @@
+"""Looking things up by name, with a hand for those who mistype."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+class UnknownNameError(LookupError):
+    """A name that nothing has; its message names the nearest ones."""
+
+    def __init__(self, kind: str, name: str, known: Mapping[str, object]) -> None:
+        nearest = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+        hint = f"did you mean {' or '.join(nearest)}?" if nearest else f"there are {', '.join(sorted(known))}"
+        super().__init__(f"no {kind} is called {name!r}: {hint}")
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+def look_up(kind: str, name: str, known: Mapping[str, T]) -> T:
+    """The entry of that name.
+
+    Raises:
+        UnknownNameError: there is none.
+    """
+    if name not in known:
+        raise UnknownNameError(kind, name, known)
+    return known[name]

@@ -1,0 +1,234 @@
+"""The folder of results in, the page out: what it says, what it must not do, and what it survives."""
+
+from __future__ import annotations
+
+import html.parser
+import re
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import OpenImageIO
+import pytest
+
+import reports
+from comparisons.results import Results, ResultsError, write
+from reports.html import web_link
+from scenes.formats import exr
+
+
+class Page(html.parser.HTMLParser):
+    """The tags, links and visible text of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self._raw = False
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        self._raw = tag in {"script", "style"}
+
+    def handle_endtag(self, tag: str) -> None:
+        self._raw = False
+
+    def handle_data(self, data: str) -> None:
+        if not self._raw:
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return re.sub(r"\s+", " ", " ".join(self.words))
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+def rendered(folder: Path) -> Page:
+    path, _ = reports.render(folder)
+    return Page(path.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def page(run: Path) -> Page:
+    return rendered(run)
+
+
+def test_render_writes_two_files_into_the_folder(results: Results, tmp_path: Path) -> None:
+    assert reports.render(tmp_path) == [tmp_path / "report.html", tmp_path / "junit.xml"]
+
+
+def test_a_folder_without_results_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(ResultsError, match=r"results\.json"):
+        reports.render(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "1 of 6 comparisons failed, 1 ended in an error, 1 stayed inconclusive.",
+        "2025-11-03 09:30 UTC",
+        "Bounce 1 is 3.1 % high (interval +2.80 to +3.40 %, tolerance ±1.0 %): fail. Bounce 2 ended the same",
+        "a tile: +12.0 ± 3.0 %",
+        "All 7 bounces agree with the exact truth within tolerance: pass.",
+        "Bounce 1 is undecided (interval +0.60 to +1.20 %, tolerance ±1.0 %): inconclusive, which is",
+        "Bounce 1 is 4.0 % low (interval −4.30 to −3.70 %, tolerance ±1.0 %), as declared: known.",
+        "no dielectric materials",
+        "vanished (remove the entry)",
+        "the direction of reflection",
+        "a geometric series, see its derivation",
+        "so what is not positive is left out: bounce 3.",
+        "The pictures show the grey mean of 5 channels.",
+        "lightproof validate --only 'a case'",
+        "This comparison has no images.",
+    ],
+)
+def test_the_page_says(page: Page, said: str) -> None:
+    assert said in page.text
+
+
+def test_every_verdict_is_written_out_and_not_only_coloured(page: Page) -> None:
+    for verdict in ("pass", "fail", "inconclusive", "known", "unsupported", "error"):
+        assert f"1 {verdict}" in page.text
+
+
+def test_texts_are_escaped_and_free_of_control_characters(page: Page, run: Path) -> None:
+    text = (run / "report.html").read_text(encoding="utf-8")
+    assert "<script>alert" not in text
+    assert "sphere <script>alert(1)</script>" in page.text
+    assert not re.search("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe]", text.replace("\r", ""))
+    assert "[31m" not in page.text
+
+
+def test_only_web_links_become_links(page: Page) -> None:
+    targets = {a["href"] for a in page.all("a") if not str(a["href"]).startswith("#")}
+    assert targets == {"https://example.org/issues/1"}
+    assert "javascript:alert(1)" in page.text
+
+
+@pytest.mark.parametrize(
+    ("link", "kept"),
+    [
+        ("https://a.org/x?y=1#z", True),
+        ("http://a.org", True),
+        ("JavaScript:alert(1)", False),
+        ("java\nscript:alert(1)", False),
+        ("data:text/html,x", False),
+        ("//a.org/x", False),
+        ("https:///x", False),
+        ("http://[", False),
+        ("", False),
+    ],
+)
+def test_web_links(link: str, kept: bool) -> None:
+    assert bool(web_link(link)) is kept
+
+
+def test_nothing_is_loaded_from_elsewhere(page: Page) -> None:
+    sources = [a.get("src") or "" for tag in ("img", "script", "iframe", "source") for a in page.all(tag)]
+    assert all(source.startswith("data:") for source in sources if source)
+    assert [str(link["href"])[:5] for link in page.all("link")] == ["data:"]
+
+
+def test_pictures_have_alternatives_and_anchors_have_targets(page: Page) -> None:
+    images = page.all("img")
+    # per bounce four rows, per partial sum three
+    assert len(images) == (7 + 4 + 2 + 2) * 7
+    assert all(image["alt"] for image in images)
+    names = {attributes["id"] for _, attributes in page.tags if attributes.get("id")}
+    assert {str(a["href"])[1:] for a in page.all("a") if str(a["href"]).startswith("#")} <= names
+
+
+def test_only_the_bounces_that_did_not_pass_carry_a_marker(page: Page) -> None:
+    assert len([a for a in page.all("span") if a.get("class") == "marker"]) == 4
+
+
+@pytest.mark.parametrize("damage", ["missing", "cut short", "no image", "another size"])
+def test_a_damaged_image_is_said_at_its_place(results: Results, tmp_path: Path, damage: str) -> None:
+    file = tmp_path / "pass.renderer.exr"
+    if damage == "missing":
+        file.unlink()
+    elif damage == "cut short":
+        file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    elif damage == "no image":
+        file.write_text("no image")
+    else:
+        exr.write_bounces(file, np.ones((2, 8, 16, 3)))
+    page = rendered(tmp_path)
+    assert page.text.count("The images can't be shown.") == 1
+    assert len(page.all("img")) == (4 + 2 + 2) * 7
+    if damage == "another size":
+        assert "the renderer's file 2 bounces of 16 × 8 pixels in 3 channels" in page.text
+
+
+def test_an_image_of_other_layers_is_said_too(results: Results, tmp_path: Path) -> None:
+    spec = OpenImageIO.ImageSpec(4, 4, 1, OpenImageIO.FLOAT)
+    spec.channelnames = ["bounce0.Z"]
+    out = OpenImageIO.ImageOutput.create(str(tmp_path / "pass.truth.exr"))
+    out.open(str(tmp_path / "pass.truth.exr"), spec)
+    out.write_image(np.zeros((4, 4, 1), np.float32))
+    out.close()
+    assert rendered(tmp_path).text.count("The images can't be shown.") == 1
+
+
+def test_pixels_that_are_not_finite_do_not_stop_the_report(results: Results, tmp_path: Path) -> None:
+    file = tmp_path / "pass.renderer.exr"
+    mean, error = exr.read_bounces(file)
+    mean[1, 3, 4], mean[2, 5, 6] = np.nan, np.inf
+    exr.write_bounces(file, mean, error)
+    assert len(rendered(tmp_path).all("img")) == (7 + 4 + 2 + 2) * 7
+
+
+def test_large_images_are_averaged(results: Results, tmp_path: Path) -> None:
+    for side in ("truth", "renderer"):
+        exr.write_bounces(tmp_path / f"grey.{side}.exr", np.ones((2, 300, 600, 1)))
+    page = rendered(tmp_path)
+    assert "Each pixel shown is the average of 3 × 3 pixels." in page.text
+    assert [image["width"] for image in page.all("img")].count("200") == 2 * 6
+
+
+def test_an_empty_run_is_no_pass(results: Results, tmp_path: Path) -> None:
+    write(msgspec.structs.replace(results, comparisons=[]), tmp_path)
+    page = rendered(tmp_path)
+    assert "Nothing was compared." in page.text
+    assert page.all("img") == []
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize(
+    "options", [{}, {"color_scheme": "dark"}, {"viewport": {"width": 390, "height": 800}}], ids=str
+)
+def test_in_a_browser(results: Results, tmp_path: Path, open_report: Any, options: dict[str, Any]) -> None:
+    path, _ = reports.render(tmp_path)
+    page = open_report(path, **options)
+    assert page.locator("h1").inner_text().startswith("1 of 6 comparisons failed")
+    assert page.locator(".plot").count() == 8
+    # wide tables and galleries scroll inside their boxes, the page itself never sideways
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    page.locator(".verdicts td a.fail").first.click()
+    assert page.url.endswith("#comparison-2")
+
+
+@pytest.mark.browser
+def test_a_report_without_plots_in_a_browser(results: Results, tmp_path: Path, open_report: Any) -> None:
+    write(msgspec.structs.replace(results, comparisons=results.comparisons[-2:]), tmp_path)
+    path, _ = reports.render(tmp_path)
+    assert open_report(path, plots=False).locator(".plot").count() == 0
+
+
+@pytest.mark.browser
+def test_the_browser_check_notices_what_it_is_there_for(tmp_path: Path, open_report: Any) -> None:
+    bad = {
+        "console": "<script>console.warn('x')</script>",
+        "page": "<script>throw new Error('x')</script>",
+        "request": "<img src='file:///nowhere.png' alt='far'>",
+        "image": "<img src='data:image/png;base64,AAAA' alt='broken'>",
+    }
+    for name, body in bad.items():
+        path = tmp_path / f"{name}.html"
+        path.write_text(f"<!doctype html><link rel=icon href='data:,'>{body}", encoding="utf-8")
+        with pytest.raises(AssertionError):
+            open_report(path, plots=False)
