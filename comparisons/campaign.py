@@ -198,20 +198,12 @@ class _Comparison:
         )
         exr.write_bounces(folder / images.renderer, final.pixels.mean, final.pixels.standard_error)
         verdict = overall(b.verdict for b in bounces)
-        message = ""
-        if not final.enough:
-            message = (
-                f"the budget of {self.settings.budget:g} s was enough for {final.regions.count} replicates; "
-                f"a verdict needs {sequential.MIN_REPLICATES}"
-            )
-        elif verdict == "inconclusive":
-            message = f"the budget of {self.settings.budget:g} s was used up before every bounce was decided"
         for b in bounces:
             if b.known is not None and b.known.state == "vanished":
                 self.notes.append(
                     f"Bounce {b.bounce}: the declared deviation has vanished; remove its entry."
                 )
-        comparison = self._comparison(verdict, final.seconds, message=message)
+        comparison = self._comparison(verdict, final.seconds, message=self._undecided(final, bounces))
         return msgspec.structs.replace(
             comparison,
             spp=final.spp * final.regions.count,
@@ -220,6 +212,18 @@ class _Comparison:
             metrics=partial_sum_metrics(final.pixels.mean, self.truth.mean),
             images=images,
         )
+
+    def _undecided(self, final: Sample, bounces: list[BounceResult]) -> str:
+        """Why some bounce has no verdict, and what could have been seen in it; empty if all have one."""
+        undecided = [b for b in bounces if b.verdict == "inconclusive"]
+        if not undecided:
+            return ""
+        seen = ", ".join(f"{b.detectable_bias:.2%} in bounce {b.bounce}" for b in undecided)
+        spent = f"the budget of {self.settings.budget:g} s was used up"
+        if not final.enough:
+            needed = sequential.MIN_REPLICATES
+            spent += f" after {final.regions.count} replicates, and a verdict needs {needed}"
+        return f"{spent}; a bias of the whole image could have been detected from {seen}"
 
     def _comparison(
         self, verdict: Verdict, seconds: float, message: str, log: Sequence[str] = ()

@@ -11,7 +11,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Self
 
-from comparisons.renderers import Images, Unsupported
+from comparisons.renderers import Images, RendererFailed, Unsupported
 from comparisons.renderers.process import RendererProcess
 from scenes import Scene
 
@@ -69,10 +69,11 @@ class Crew:
                 return self._idle[name].pop()
         process = RendererProcess(name)
         with self._lock:
-            self._all.add(process)
-            if self._closed:  # the crew was sent home while this one was still on its way
-                process.close()
-        return process
+            if not self._closed:
+                self._all.add(process)
+                return process
+        process.close()  # the crew was sent home while this one was still on its way
+        raise RendererFailed("the run was ended before it could begin")
 
     def _keep(self, name: str, process: RendererProcess) -> None:
         with self._lock:

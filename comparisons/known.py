@@ -5,12 +5,15 @@
     renderer = "mitsuba:scalar_rgb"
     versions = "==3.9.*"
     bounces = [1, 2]
-    bias = [0.013, 0.014]             # relative, of the whole image, one per bounce
+    bias = [0.013, 0.015]             # relative, of the whole image, one per bounce
+    within = 0.002                    # it is known as long as it is this close to that
+    tile_within = 0.01                # and every tile this close
     reason = "…"
     link = "https://…"
 
-A bounce whose deviation is measured to be the declared one, within the case's tolerance of it, has the verdict
-``known``. A larger one fails; one that has vanished passes, and the report asks for the entry to go.
+A bounce whose deviation is measured to be the declared one has the verdict ``known``: every interval lies
+inside ± tolerance or inside declared ± ``within``. A larger one fails; one that has vanished passes, and the
+report asks for the entry to go.
 """
 
 from __future__ import annotations
@@ -37,6 +40,8 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     versions: str
     bounces: list[int]
     bias: list[float]
+    within: float
+    tile_within: float
     reason: str
     link: str
 
@@ -44,6 +49,10 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         if len(self.bias) != len(self.bounces):
             raise ValueError(
                 f"bias has {len(self.bias)} numbers, bounces has {len(self.bounces)}: expected as many"
+            )
+        if not (self.within > 0 and self.tile_within > 0):
+            raise ValueError(
+                f"within = {self.within}, tile_within = {self.tile_within}: expected shares above 0"
             )
         try:
             SpecifierSet(self.versions)

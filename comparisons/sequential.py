@@ -26,7 +26,8 @@ FIRST_LOOK = 2.5
 
 _PILOT = 0.05  # seconds of rendering that are enough to foresee the time of more
 
-_GRACE = 60.0  # seconds beyond the budget after which a renderer that gives no answer is stopped
+GRACE = 60.0
+"""Seconds beyond the budget after which a renderer that gives no answer is stopped."""
 
 
 @dataclass(frozen=True)
@@ -134,4 +135,4 @@ def _pilot(job: Job, crew: Crew) -> int:
 
 
 def _submit(job: Job, crew: Crew, spp: int, seed: int) -> Future[Images]:
-    return crew.render(job.renderer, job.scene, job.bounces, spp, seed, timeout=job.budget + _GRACE)
+    return crew.render(job.renderer, job.scene, job.bounces, spp, seed, timeout=job.budget + GRACE)

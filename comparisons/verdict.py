@@ -58,32 +58,33 @@ def judge(
             for region in range(len(mean))
         ]
     )[..., None]
+    inside, outside = biases.inside(tolerances), biases.outside(tolerances)
     results = []
     for k in range(mean.shape[1]):
-        verdict: BounceVerdict = _plain(biases, tolerances, k) if enough else "inconclusive"
+        verdict: BounceVerdict = _decide(inside[:, k], outside[:, k]) if enough else "inconclusive"
         deviation = None
         if k in known:
             verdict, deviation = _declared(biases, tolerances, k, verdict, known[k], enough)
-        shift = 0.0 if deviation is None else deviation.declared_bias
-        image_is_fine = bool(biases.inside(tolerances, shift)[0, k].all())
-        by_tile = enough and image_is_fine and verdict in ("fail", "inconclusive")
+        by_tile = enough and inside[0, k].all() and verdict in ("fail", "inconclusive")
         result = _bounce(k, verdict, deviation, biases, mean[0], truth[0], tolerances, regions)
         results.append(msgspec.structs.replace(result, decided_by="tile" if by_tile else "image"))
     return results
 
 
-def _plain(
-    biases: Biases, tolerances: Array, k: int, shift: float = 0.0
-) -> Literal["pass", "fail", "inconclusive"]:
-    if biases.outside(tolerances, shift)[:, k].any():
+def _decide(inside: NDArray[np.bool_], outside: NDArray[np.bool_]) -> Literal["pass", "fail", "inconclusive"]:
+    """One bounce, from where its own intervals lie inside and its simultaneous ones outside, per region."""
+    if outside.any():
         return "fail"
-    return "pass" if biases.inside(tolerances, shift)[:, k].all() else "inconclusive"
+    return "pass" if inside.all() else "inconclusive"
 
 
 def _declared(
     biases: Biases, tolerances: Array, k: int, plain: BounceVerdict, entry: Deviation, enough: bool
 ) -> tuple[BounceVerdict, KnownDeviation]:
-    """The verdict where a deviation was declared, and what became of the declaration."""
+    """The verdict where a deviation was declared, and what became of the declaration.
+
+    A region may deviate as declared or not at all, since a deviation need not touch every channel and tile.
+    """
     bias = entry.bias[entry.bounces.index(k)]
 
     def now(state: Literal["confirmed", "changed", "vanished", "undecided"]) -> KnownDeviation:
@@ -91,11 +92,17 @@ def _declared(
 
     if plain == "pass":
         return "pass", now("vanished")
-    match _plain(biases, tolerances, k, shift=bias) if enough else "inconclusive":
+    if not enough:
+        return "inconclusive", now("undecided")
+    within = np.full_like(tolerances, entry.tile_within)
+    within[0] = entry.within
+    inside = biases.inside(tolerances) | biases.inside(within, shift=bias)
+    outside = biases.outside(tolerances) & biases.outside(within, shift=bias)
+    match _decide(inside[:, k], outside[:, k]):
         case "pass":
             return "known", now("confirmed")
         case "fail":
-            return plain, now("changed")
+            return "fail", now("changed")
         case _:
             return "inconclusive", now("undecided")
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NoReturn
 
 import typer
 from rich.table import Table
@@ -101,8 +100,8 @@ def validate(
 
     Example: lightproof validate furnace-box cornell-box --renderer mitsuba --budget 60
     """
-    chosen = [_case(name, bounces) for name in cases or list(library.CASES)]
-    renderers = [_renderer(name) for name in renderer or DEFAULT_RENDERERS]
+    chosen = [_case(name, bounces) for name in dict.fromkeys(cases or library.CASES)]
+    renderers = [_renderer(name) for name in dict.fromkeys(renderer or DEFAULT_RENDERERS)]
     settings = Settings(
         bounces=bounces,
         tolerance=percent(tolerance, "--tolerance"),
@@ -117,8 +116,13 @@ def validate(
     if out.exists() and not out.is_dir():
         raise typer.BadParameter(f"{out} is a file; expected a folder to write into", param_hint="--out")
     console = terminal.console()
-    with terminal.Show(console, len(chosen) * len(renderers)) as show:
-        outcome = run_validation(chosen, renderers, settings, out, show)
+    try:
+        with terminal.Show(console, len(chosen) * len(renderers)) as show:
+            outcome = run_validation(chosen, renderers, settings, out, show)
+    except KeyboardInterrupt:
+        _stop("interrupted; nothing was written to results.json", 130)
+    except OSError as error:
+        raise typer.BadParameter(f"{error.filename}: {error.strerror}", param_hint="--out") from None
     console.print(terminal.verdict_table(outcome))
     console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
     raise typer.Exit(exit_status(outcome))
@@ -151,8 +155,12 @@ def render(
         ):
             image = process.render(scene, last, spp, seed, timeout=RENDER_TIMEOUT)
         exr.write_bounces(path, image)
-    except (RendererError, exr.ImageError) as error:
-        _stop(str(error), 3, getattr(error, "log", []))
+    except KeyboardInterrupt:
+        _stop("interrupted; nothing was written", 130)
+    except RendererError as error:
+        _stop(str(error), 3, error.log)
+    except exr.ImageError as error:
+        raise typer.BadParameter(str(error), param_hint="--out") from None
     console.print(f"{path}: layers bounce0 to bounce{last}", soft_wrap=True)
 
 
@@ -243,15 +251,12 @@ def _known(file: str) -> list[known_deviations.Deviation]:
         raise typer.BadParameter(str(error), param_hint="--known") from None
 
 
-def _stop(message: str, status: int, log: list[str] | None = None) -> None:
+def _stop(message: str, status: int, log: list[str] | None = None) -> NoReturn:
     for line in [*(log or []), f"Error: {message}"]:
         typer.echo(line, err=True)
     raise typer.Exit(status)
 
 
 def main() -> None:
-    """Run the command; Ctrl-C ends it, and its renderers, with status 130."""
-    try:
-        app()
-    except KeyboardInterrupt:
-        sys.exit(130)
+    """Run the command."""
+    app()

@@ -47,11 +47,16 @@ class Emitters:
         Returns:
             ``(channels, n)``; 0 from the back, outside the zone that emits, and NOWHERE.
         """
-        lit = np.einsum("in,in->n", points.n, wo) > 0
+        cosine = np.einsum("in,in->n", points.n, wo)
+        radiance: Array = self._radiance[:, points.surface] * self._lit(points, cosine)
+        return radiance
+
+    def _lit(self, points: Points, cosine: Array) -> NDArray[np.bool_]:
+        """Whether a direction at that cosine to the normal leaves the front, and the point is in the zone."""
+        lit = cosine > 0
         limited = np.flatnonzero(self._limited[points.surface] & lit)
         lit[limited] = self._in_zone(points[limited])
-        radiance: Array = self._radiance[:, points.surface] * lit
-        return radiance
+        return lit
 
     def _in_zone(self, points: Points) -> NDArray[np.bool_]:
         inward = np.array([isinstance(s, Sphere) and s.inward for s in self._shapes])[points.surface]
@@ -91,4 +96,4 @@ class Emitters:
         cosine = np.einsum("in,in->n", points.n, wo)
         with np.errstate(divide="ignore", invalid="ignore"):
             density = self._pdf_area[points.surface] * distance_squared / cosine
-        return np.where(cosine > 0, density, 0.0)
+        return np.where(self._lit(points, cosine), density, 0.0)

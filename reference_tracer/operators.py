@@ -76,6 +76,8 @@ class Operator:
         return self + (-1.0) * other
 
     def __pow__(self, exponent: int) -> Operator:
+        if exponent < 0:
+            raise ValueError(f"exponent = {exponent}: this operator has no inverse here")
         return reduce(Operator.__matmul__, [self] * exponent, I)
 
 

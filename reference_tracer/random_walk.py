@@ -64,11 +64,13 @@ def render(
     height, width, channels = scene.shape
     walk = RandomWalk(scene, strategy)
     image = np.zeros((bounces + 1, channels, height * width))
+    done = 0
     for block, (pixels, samples) in enumerate(_blocks(height * width, spp)):
         rng = sampling.stream(seed, block)
         L = walk(np.tile(pixels, samples), bounces, rng)
         image[..., pixels] += L.reshape(bounces + 1, channels, samples, len(pixels)).sum(axis=2)
-        on_block((block + 1) * samples * len(pixels) / (spp * height * width))
+        done += samples * len(pixels)
+        on_block(done / (spp * height * width))
     if not np.isfinite(image).all():
         k, _, pixel = np.argwhere(~np.isfinite(image))[0]
         raise NonFiniteRadianceError(f"bounce {k}, row {pixel // width}, column {pixel % width}")
@@ -142,7 +144,9 @@ class RandomWalk:
         facing = np.flatnonzero((cosine > 0) & (pdf > 0))
         light, wi, cosine, pdf = light[facing], wi[:, facing], cosine[facing], pdf[facing]
         vertex = vertex[facing]
-        visible = self.cast(vertex, wi).surface == light.surface
+        hit = self.cast(vertex, wi)
+        # from outside, the back of an inward sphere hides its inside: the same surface, met from the wrong side
+        visible = (hit.surface == light.surface) & (np.einsum("in,in->n", hit.n, wi) < 0)
 
         if self.strategy == "mis":
             pdf = pdf + self.bsdf.pdf(vertex, wi)  # balance heuristic: w / p = 1 / (p + p_bsdf)

@@ -23,20 +23,20 @@ def cone_coverage(cone: Array, axis: Array, sensor: Pinhole) -> Array:
     Args:
         cone: symmetric ``(3, 3)`` matrix Q, world coordinates; a direction d is inside if dᵀQd > 0.
         axis: ``(3,)``, a direction inside the nappe that is meant; the opposite one does not count.
-        sensor: the cone must meet its image plane in an ellipse that lies in front of it.
+        sensor: the cone must meet its image plane in an ellipse.
 
     Returns:
         ``(height, width)``, in [0, 1].
 
     Raises:
-        ValueError: the conic is no ellipse in front of the camera.
+        ValueError: the conic is no ellipse.
     """
     M = sensor.pixel_to_direction
     q = M.T @ cone @ M  # (x, y, 1) q (x, y, 1)ᵀ > 0 inside; x, y in pixels
-    if q[0, 0] >= 0 or np.linalg.det(q[:2, :2]) <= 0 or (M.T @ axis)[2] <= 0:
-        raise ValueError("the cone must cut the image plane in an ellipse in front of the camera")
+    if q[0, 0] >= 0 or np.linalg.det(q[:2, :2]) <= 0:
+        raise ValueError("the cone must cut the image plane in an ellipse")
     center = -np.linalg.solve(q[:2, :2], q[:2, 2])
-    if (M @ np.append(center, 1)) @ axis <= 0:
+    if (M @ np.append(center, 1)) @ axis <= 0:  # the nappe that is meant lies behind the camera
         return np.zeros((sensor.height, sensor.width))
 
     rows, columns = np.arange(sensor.height, dtype=float), np.arange(sensor.width, dtype=float)

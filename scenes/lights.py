@@ -6,7 +6,7 @@ import math
 
 import msgspec
 
-from scenes.validation import SceneError, numbers, path, unit_vector
+from scenes.validation import SceneError, instance, number, numbers, path, unit_vector
 
 
 class PolarRange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -23,8 +23,12 @@ class PolarRange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         unit_vector(self, "axis")
-        if not 0 <= self.low < self.high <= 180:
-            raise SceneError(path(self, "high"), (self.low, self.high), "0 ≤ low < high ≤ 180 degrees")
+        expected = "degrees in [0, 180]"
+        for field in ("low", "high"):
+            if not 0 <= number(self, field, expected) <= 180:
+                raise SceneError(path(self, field), getattr(self, field), expected)
+        if not self.low < self.high:
+            raise SceneError(path(self, "high"), self.high, f"more than low = {self.low:g}")
 
     @property
     def cosines(self) -> tuple[float, float]:
@@ -52,6 +56,7 @@ class AreaLight(msgspec.Struct, frozen=True, tag_field="type", tag="area", forbi
     def __post_init__(self) -> None:
         if not numbers(self, "radiance", low=0.0):
             raise SceneError(path(self, "radiance"), self.radiance, "one number per channel")
+        instance(self, "polar_range", PolarRange | None, "a PolarRange or None")
 
 
 Emission = AreaLight

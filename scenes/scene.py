@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from scenes.sensor import Sensor
 from scenes.surfaces import Surface
-from scenes.validation import SceneError, path
+from scenes.validation import SceneError, instance, path
 
 
 class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -27,7 +28,10 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         msgspec.structs.force_setattr(self, "surfaces", tuple(self.surfaces))
         names: set[str] = set()
+        instance(self, "sensor", Sensor, "a sensor")
         for i, surface in enumerate(self.surfaces):
+            if not isinstance(surface, Surface):
+                raise SceneError(path(self, f"surfaces[{i}]"), surface, "a Surface")
             if surface.name in names:
                 raise SceneError(
                     path(self, f"surfaces[{i}].name"), surface.name, "a name no other surface has"
@@ -70,7 +74,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         try:
             # the standard reader lets NaN and Infinity pass, so that the checks can say where they stand
             document = json.loads(content)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise SceneError("scene", content[:40], f"JSON ({error})") from None
         try:
             return msgspec.convert(document, type=cls)
@@ -91,12 +95,17 @@ def _located(error: msgspec.ValidationError, document: object) -> SceneError:
         return error.__cause__.below(parent)
     if unknown := re.search("unknown field `(.*)`", message):
         place = f"{parent}.{unknown[1]}".removeprefix(".")
-        return SceneError(place, _at(document, place), "no field of that name")
-    return SceneError(parent or "scene", _at(document, parent), message.removeprefix("Expected "))
+        return SceneError(place, _at(document, parent)[unknown[1]], "no field of that name")
+    expected = message.removeprefix("Expected ")
+    if missing := re.search("missing required field `(.*)`", message):
+        expected = f"an object with the field {missing[1]}"
+    elif message.startswith("Invalid value"):
+        expected = "a type that exists"
+    return SceneError(parent or "scene", _at(document, parent), expected)
 
 
-def _at(document: object, place: str) -> object:
+def _at(document: Any, place: str) -> Any:
     """The value at a path such as ``surfaces[3].material``."""
     for key, index in re.findall(r"([^.\[\]]+)|\[(\d+)\]", place):
-        document = document[int(index)] if index else document[key]  # type: ignore[index]
+        document = document[int(index)] if index else document[key]
     return document

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.validation import SceneError, Vector, finite, path, vector
+from scenes.validation import SceneError, Vector, number, path, vector
 
 
 class Pinhole(msgspec.Struct, frozen=True, tag_field="type", tag="pinhole", forbid_unknown_fields=True):
@@ -31,13 +31,12 @@ class Pinhole(msgspec.Struct, frozen=True, tag_field="type", tag="pinhole", forb
 
     def __post_init__(self) -> None:
         origin, target, up = vector(self, "origin"), vector(self, "target"), vector(self, "up")
-        if not 0 < finite(self, "fov", self.fov, "degrees in (0, 180)") < 180:
+        if not 0 < number(self, "fov", "degrees in (0, 180)") < 180:
             raise SceneError(path(self, "fov"), self.fov, "degrees in (0, 180)")
         for field in ("width", "height"):
-            if not isinstance(getattr(self, field), int) or getattr(self, field) < 1:
-                raise SceneError(
-                    path(self, field), getattr(self, field), "a whole number of pixels, at least 1"
-                )
+            pixels = getattr(self, field)
+            if not isinstance(pixels, int) or isinstance(pixels, bool) or pixels < 1:
+                raise SceneError(path(self, field), pixels, "a whole number of pixels, at least 1")
         view = np.subtract(target, origin)
         if not np.linalg.norm(view) > 0:
             raise SceneError(path(self, "target"), target, f"a point other than the origin {origin}")

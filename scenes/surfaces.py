@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from scenes.lights import Emission
 from scenes.materials import Material
-from scenes.validation import SceneError, Vector, finite, path, vector
+from scenes.validation import SceneError, Vector, instance, number, path, vector
 
 
 class Quad(msgspec.Struct, frozen=True, tag_field="type", tag="quad", forbid_unknown_fields=True):
@@ -72,8 +72,9 @@ class Sphere(msgspec.Struct, frozen=True, tag_field="type", tag="sphere", forbid
 
     def __post_init__(self) -> None:
         vector(self, "center")
-        if not finite(self, "radius", self.radius, "a number > 0") > 0:
+        if not number(self, "radius", "a number > 0") > 0:
             raise SceneError(path(self, "radius"), self.radius, "a number > 0")
+        instance(self, "inward", bool, "True or False")
 
     @property
     def area(self) -> float:
@@ -100,6 +101,10 @@ class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     emission: Emission | None = None
 
     def __post_init__(self) -> None:
+        instance(self, "name", str, "a name")
+        instance(self, "shape", Shape, "a shape")
+        instance(self, "material", Material, "a material")
+        instance(self, "emission", Emission | None, "an emission or None")
         if not self.name:
             raise SceneError(path(self, "name"), self.name, "a name that is not empty")
         if self.emission is None:

@@ -22,8 +22,11 @@ class SceneError(ValueError):
     """
 
     def __init__(self, path: str, found: object, expected: str) -> None:
-        super().__init__(f"{path} = {found!r}: expected {expected}")
+        super().__init__(path, found, expected)  # all of them, so that it survives the way out of a process
         self.path, self.found, self.expected = path, found, expected
+
+    def __str__(self) -> str:
+        return f"{self.path} = {self.found!r}: expected {self.expected}"
 
     def below(self, parent: str) -> SceneError:
         """The same error as seen from a parent: ``Lambertian.albedo[1]`` becomes ``parent.albedo[1]``."""
@@ -40,11 +43,24 @@ def finite(owner: object, field: str, value: object, expected: str = "a finite n
     """The value as a float; refuses NaN, infinity and anything that is no number."""
     try:
         number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise SceneError(path(owner, field), value, expected) from None
-    if isinstance(value, bool) or not math.isfinite(number):
+    if isinstance(value, bool | str | bytes) or not math.isfinite(number):
         raise SceneError(path(owner, field), value, expected)
     return number
+
+
+def number(owner: Any, field: str, expected: str = "a finite number") -> float:
+    """Freeze the field into a finite float and return it."""
+    value = finite(owner, field, getattr(owner, field), expected)
+    msgspec.structs.force_setattr(owner, field, value)
+    return value
+
+
+def instance(owner: Any, field: str, kind: Any, expected: str) -> None:
+    """Refuse what is not of that kind; in JSON, msgspec does the same."""
+    if not isinstance(getattr(owner, field), kind):
+        raise SceneError(path(owner, field), getattr(owner, field), expected)
 
 
 def numbers(owner: Any, field: str, low: float = -math.inf, high: float = math.inf) -> tuple[float, ...]:

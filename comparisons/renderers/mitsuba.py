@@ -103,8 +103,8 @@ def scene_dict(mi: Any, scene: Scene) -> dict[str, Any]:
             },
             "sampler": {"type": "independent"},
         },
-        # a letter first: names that are numbers would be taken for indices
-        **{f"s-{surface.name.replace('.', '-')}": _surface(mi, surface) for surface in scene.surfaces},
+        # numbered, since Mitsuba does not take every name
+        **{f"surface{i}": _surface(mi, surface) for i, surface in enumerate(scene.surfaces)},
     }
 
 

@@ -23,6 +23,10 @@ START_TIMEOUT = 120.0
 
 LOG_LINES = 20
 
+# -P: a folder named `scenes` in the user's working directory must not be taken for ours
+WORKER = (sys.executable, "-P", "-m", "comparisons.renderers.worker")
+"""The command that runs a worker; the renderer's name follows."""
+
 # every worker is one processor's work; libraries that would take more are told
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
@@ -36,9 +40,8 @@ class RendererProcess:
 
     def __init__(self, name: str) -> None:
         self._log = tempfile.TemporaryFile()  # without a name: nothing is left behind
-        # -P: a folder named `scenes` in the user's working directory must not be taken for ours
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "comparisons.renderers.worker", name],
+            [*WORKER, name],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,

@@ -108,9 +108,10 @@ def read_attribute(path: Path, name: str) -> str:
 
 def _layer(values: Images, names: Sequence[str], layer: str) -> Images:
     """The channels of one layer, ``(height, width, channels)``, in the order R, G, B or C0, C1, …."""
-    found = {name.rsplit(".", 1)[1]: i for i, name in enumerate(names) if name.rsplit(".", 1)[0] == layer}
+    found = {name.rpartition(".")[2]: i for i, name in enumerate(names) if name.rpartition(".")[0] == layer}
     # a file lists its channels in alphabetical order, so their names put them back into ours
-    expected = channel_names(len(found))
+    expected = channel_names(len(found) or 1)
     if set(found) != set(expected):
-        raise ImageError(f"layer {layer}: expected channels {', '.join(expected)}; found {', '.join(found)}")
+        text = ", ".join(found) or "none"
+        raise ImageError(f"layer {layer}: expected channels {', '.join(expected)}; found {text}")
     return values[..., [found[c] for c in expected]]

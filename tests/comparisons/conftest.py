@@ -1,0 +1,64 @@
+"""Wrong renderers beside the real ones, and an observer that keeps what it is told."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from comparisons import campaign, renderers
+from comparisons.campaign import Settings
+from comparisons.renderers import process
+from comparisons.results import Comparison
+from scenes import library
+
+_FILE = Path(__file__).with_name("wrong_renderers.py")
+
+
+@pytest.fixture
+def wrong(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Makes the names of wrong_renderers.py known, and their workers start from there."""
+    spec = importlib.util.spec_from_file_location("wrong_renderers", _FILE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    monkeypatch.setattr(renderers, "RENDERERS", {**renderers.RENDERERS, **module.ENTRIES})
+    monkeypatch.setattr(process, "WORKER", (sys.executable, "-P", str(_FILE)))
+    return module
+
+
+class Observer:
+    def __init__(self) -> None:
+        self.events: list[tuple[str, str]] = []
+        self.shares: list[float] = []
+
+    def started(self, case: str, renderer: str) -> None:
+        self.events.append((case, renderer))
+
+    def progressed(self, share: float, message: str) -> None:
+        self.shares.append(share)
+
+    def finished(self, comparison: Comparison) -> None:
+        self.events.append((comparison.case, comparison.verdict))
+
+
+@pytest.fixture
+def observer() -> Observer:
+    return Observer()
+
+
+@pytest.fixture
+def compare(tmp_path: Path, observer: Observer) -> Callable[..., Comparison]:
+    """``compare(case, renderer, **settings)``: one comparison at 16 × 16."""
+
+    def run(case: str, renderer: str, **settings: Any) -> Comparison:
+        chosen = Settings(**{"size": (16, 16), "jobs": 1, "budget": 20.0} | settings)
+        [comparison] = campaign.run([library.case(case)], [renderer], chosen, tmp_path, observer)
+        return comparison
+
+    return run

@@ -1,0 +1,130 @@
+"""The adapter contributes nothing: each of its conversions is tried on a scene that would show it wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from comparisons.renderers import Unsupported
+from comparisons.renderers.mitsuba import MitsubaRenderer, zone_texture
+from reference_tracer.random_walk import render
+from scenes import AreaLight, Lambertian, Pinhole, PolarRange, Quad, Scene, Sphere, Surface, library
+
+GREY = Lambertian((0.5, 0.5, 0.5))
+
+
+@pytest.fixture(scope="module")
+def mitsuba() -> MitsubaRenderer:
+    return MitsubaRenderer("scalar_rgb")
+
+
+def lamp(
+    corner: tuple[float, float, float], u: tuple[float, float, float], v: tuple[float, float, float]
+) -> Surface:
+    return Surface("lamp", Quad(corner, u, v), GREY, AreaLight((1.0, 2.0, 4.0)))
+
+
+def scene(*surfaces: Surface, width: int = 24, height: int = 24, **sensor: object) -> Scene:
+    options = {"origin": (0.3, 0.2, 3.0), "target": (0.0, 0.1, 0.0), "up": (0.1, 1.0, 0.0), "fov": 50.0}
+    return Scene(surfaces, Pinhole(**(options | sensor), width=width, height=height))  # type: ignore[arg-type]
+
+
+def zoned_sphere(inward: bool, axis: tuple[float, float, float], low: float, high: float) -> Surface:
+    light = AreaLight((1.0, 2.0, 4.0), PolarRange(low, high, axis))
+    return Surface("sphere", Sphere((0.2, -0.1, 0.0), 0.8, inward), GREY, light)
+
+
+ASYMMETRIC: dict[str, Callable[[], Scene]] = {
+    "camera, one lamp off every axis": lambda: scene(
+        lamp((0.1, 0.2, 0.0), (0.9, 0.1, 0.0), (-0.04, 0.36, 0.1))
+    ),
+    "wide image": lambda: scene(
+        lamp((0.1, 0.2, 0.0), (0.9, 0.1, 0.0), (-0.1, 0.9, 0.0)), width=40, height=16
+    ),
+    "tall image": lambda: scene(
+        lamp((0.1, 0.2, 0.0), (0.9, 0.1, 0.0), (-0.1, 0.9, 0.0)), width=16, height=40
+    ),
+    "a lamp seen from behind is black": lambda: scene(
+        lamp((0.1, 0.2, 0.0), (0.0, 0.4, 0.0), (0.9, 0.0, 0.0)),
+        Surface(
+            "other",
+            Quad((-1.0, -1.0, -1.0), (0.8, 0.0, 0.0), (0.0, 0.8, 0.0)),
+            GREY,
+            AreaLight((1.0, 1.0, 1.0)),
+        ),
+    ),
+    "zone of a sphere from outside": lambda: scene(zoned_sphere(False, (0.3, 0.4, 0.8), 20.0, 60.0)),
+    "zone of a sphere from inside": lambda: scene(
+        zoned_sphere(True, (0.2, 0.5, -0.8), 0.0, 45.0), origin=(0.3, 0.1, 0.4), target=(0.1, -0.1, -0.5)
+    ),
+    "the whole sphere from outside": lambda: scene(
+        Surface("sphere", Sphere((0.2, -0.1, 0.0), 0.8), GREY, AreaLight((1.0, 2.0, 4.0)))
+    ),
+    "small scene": lambda: scene(
+        lamp((0.1e-3, 0.2e-3, 0.0), (0.9e-3, 0.1e-3, 0.0), (-0.1e-3, 0.9e-3, 0.0)),
+        origin=(0.3e-3, 0.2e-3, 3e-3),
+        target=(0.0, 0.1e-3, 0.0),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_emission_lands_in_the_same_pixels(mitsuba: MitsubaRenderer, name: str) -> None:
+    """Bounce 0 without a common random number: pixels inside and outside agree exactly, edges statistically."""
+    view = ASYMMETRIC[name]()
+    spp = 400
+    ours, theirs = render(view, 0, spp, 1)[0], mitsuba.render(view, 0, spp, 1)[0]
+    assert 0 < (ours > 0).mean() < 1
+    full = ours.max(axis=(0, 1))
+    np.testing.assert_allclose(theirs.max(axis=(0, 1)), full, rtol=1e-6)
+    # a pixel's coverage is a binomial share of 400 samples: two of them differ by less than 6 standard errors
+    assert (np.abs(theirs - ours) / full).max() < 6 * np.sqrt(2 * 0.25 / spp)
+    for wrong in (ours[::-1], ours[:, ::-1], np.roll(ours, 1, axis=0), np.roll(ours, 1, axis=1)):
+        assert (np.abs(wrong - ours) / full).max() > 6 * np.sqrt(2 * 0.25 / spp)
+
+
+def test_depths_are_coupled_so_that_no_term_is_negative(mitsuba: MitsubaRenderer) -> None:
+    images = mitsuba.render(library.case("cornell-box").scene.resized(16, 16), 5, 32, 3)
+    assert images.min() >= -1e-6
+    assert (images[1:].mean(axis=(1, 2)) > 0).all()
+
+
+def test_each_row_is_one_power_of_t(mitsuba: MitsubaRenderer) -> None:
+    """Powers of the albedo number the bounces: halving it divides bounce k by 2ᵏ, exactly in a furnace."""
+    walls = library.case("furnace-box").scene.resized(8, 8)
+    images = mitsuba.render(walls, 4, 256, 0).mean(axis=(1, 2, 3))
+    np.testing.assert_allclose(images, 0.5 ** np.arange(5), rtol=0.02)
+
+
+def test_more_bounces_do_not_change_the_first(mitsuba: MitsubaRenderer) -> None:
+    view = library.case("cornell-box").scene.resized(8, 8)
+    np.testing.assert_allclose(mitsuba.render(view, 4, 4, 7)[:3], mitsuba.render(view, 2, 4, 7), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("view", "feature"),
+    [
+        (lambda: scene(lamp((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.5, 1.0, 0.0))), "parallelogram"),
+        (lambda: scene(zoned_sphere(False, (0.0, 0.0, 1.0), 0.0, 10.0001)), "no texture has borders there"),
+        (
+            lambda: scene(Surface("s", Sphere((0.0, 0.0, 0.0), 1.0), Lambertian((0.5,)), AreaLight((1.0,)))),
+            "1 channels",
+        ),
+    ],
+)
+def test_what_it_can_t_express_is_named(
+    mitsuba: MitsubaRenderer, view: Callable[[], Scene], feature: str
+) -> None:
+    with pytest.raises(Unsupported, match=feature):
+        mitsuba.render(view(), 1, 1, 0)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "steps", "lit"), [(0, 45, 4, [0]), (60, 120, 3, [1]), (20, 60, 9, [1, 2])]
+)
+def test_zone_texture(low: float, high: float, steps: int, lit: list[int]) -> None:
+    texture = zone_texture(AreaLight((1.0, 2.0, 4.0), PolarRange(low, high)))
+    assert texture.shape == (steps, 1, 3)
+    assert [i for i in range(steps) if texture[i].any()] == lit

@@ -1,0 +1,103 @@
+"""Real processes that crash, hang and say strange things."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from comparisons.renderers import RendererFailed, RendererTimeout, Unsupported
+from comparisons.renderers.process import RendererProcess
+from scenes import Scene, library
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return library.case("furnace-box").scene.resized(8, 8)
+
+
+def children() -> set[int]:
+    """The processes that this one has started and that still are."""
+    found = set()
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue  # it ended while we looked
+        if int(fields[1]) == os.getpid():
+            found.add(int(stat.parent.name))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "message"),
+    [
+        ("wrong:crash", RendererFailed, "its process was killed by signal 11"),
+        ("wrong:leave", RendererFailed, "its process ended with status 7"),
+        ("wrong:hang", RendererTimeout, "no answer within"),
+        (
+            "wrong:nan",
+            RendererFailed,
+            "returned 3 values that are not finite, the first in bounce 2, row 3, column 1",
+        ),
+        ("wrong:wrong-shape", RendererFailed, r"shape \(4, 7, 8, 3\), expected \(4, 8, 8, 3\)"),
+        ("wrong:complain", RendererFailed, "RuntimeError: out of texture memory"),
+        ("wrong:refuse", Unsupported, "spheres"),
+    ],
+)
+def test_misbehaviour_is_told_apart(
+    wrong: Any, scene: Scene, name: str, error: type[Exception], message: str
+) -> None:
+    before = children()
+    with RendererProcess(name) as process, pytest.raises(error, match=message):
+        process.render(scene, bounces=3, spp=1, seed=0, timeout=1.0 if name == "wrong:hang" else 60.0)
+    assert children() <= before
+
+
+def test_a_crash_shows_the_end_of_the_log(wrong: Any, scene: Scene) -> None:
+    with RendererProcess("wrong:crash") as process, pytest.raises(RendererFailed) as caught:
+        process.render(scene, 1, 1, 0, timeout=60)
+    assert "about to crash" in caught.value.log
+
+
+def test_an_exception_shows_its_traceback_and_the_process_goes_on(wrong: Any, scene: Scene) -> None:
+    with RendererProcess("wrong:complain") as process:
+        for _ in range(2):
+            with pytest.raises(RendererFailed) as caught:
+                process.render(scene, 1, 1, 0, timeout=60)
+        assert caught.value.log[-1] == "RuntimeError: out of texture memory"
+
+
+def test_garbage_on_the_standard_output_joins_the_log(wrong: Any, scene: Scene) -> None:
+    with RendererProcess("wrong:chatter") as chatty, RendererProcess("wrong:right") as quiet:
+        images = [p.render(scene, 2, 4, 5, timeout=60) for p in (chatty, quiet)]
+        assert "garbage from below" in chatty.log()
+    np.testing.assert_array_equal(*images)
+
+
+def test_a_missing_package_is_named(wrong: Any) -> None:
+    with pytest.raises(RendererFailed, match="can't be loaded: No module named 'missing'") as caught:
+        RendererProcess("wrong:missing")
+    assert caught.value.log[-1] == "ModuleNotFoundError: No module named 'missing'"
+
+
+def test_a_process_that_is_killed_between_two_requests(wrong: Any, scene: Scene) -> None:
+    with RendererProcess("wrong:right") as process:
+        process.kill()
+        time.sleep(0.2)
+        with pytest.raises(RendererFailed, match="killed by signal 9"):
+            process.render(scene, 1, 1, 0, timeout=60)
+
+
+def test_a_folder_named_scenes_in_the_working_directory_is_not_ours(
+    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "__init__.py").write_text("raise ImportError('the wrong one')")
+    monkeypatch.chdir(tmp_path)
+    with RendererProcess("reference") as process:
+        assert process.render(scene, 0, 1, 0, timeout=60).shape == (1, 8, 8, 3)

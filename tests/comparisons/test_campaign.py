@@ -1,0 +1,168 @@
+"""Whole comparisons with real processes: what is right passes, what is wrong fails, and at the right bounce."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from comparisons import campaign, known
+from comparisons.campaign import Settings
+from comparisons.results import Comparison
+from scenes import UnknownNameError, library
+from scenes.formats import exr
+
+Compare = Callable[..., Comparison]
+
+
+def failed(comparison: Comparison) -> list[int]:
+    return [b.bounce for b in comparison.bounces if b.verdict == "fail"]
+
+
+def passed(comparison: Comparison) -> list[int]:
+    return [b.bounce for b in comparison.bounces if b.verdict == "pass"]
+
+
+@pytest.mark.parametrize("case", ["furnace-box", "furnace-sphere", "integrating-sphere"])
+def test_the_way_faults_are_planted_is_sound(compare: Compare, wrong: Any, case: str) -> None:
+    assert compare(case, "wrong:right").verdict == "pass"
+
+
+@pytest.mark.parametrize(
+    ("fault", "case", "at"),
+    [
+        ("wrong:brighter", "furnace-box", [1, 2, 3, 4, 5]),
+        ("wrong:brighter", "furnace-sphere", [1, 2, 3, 4, 5]),
+        ("wrong:brighter", "integrating-sphere", [1, 2, 3, 4, 5]),
+        ("wrong:one-bounce-too-many", "furnace-box", [5]),
+        ("wrong:one-bounce-too-many", "integrating-sphere", [5]),
+        ("wrong:flipped", "integrating-sphere", [0]),
+        ("wrong:mirrored", "integrating-sphere", [0]),
+        ("wrong:third-bounce-brighter", "furnace-box", [3]),
+    ],
+)
+def test_a_planted_fault_fails_at_its_bounce(
+    compare: Compare, wrong: Any, fault: str, case: str, at: list[int]
+) -> None:
+    comparison = compare(case, fault)
+    assert comparison.verdict == "fail"
+    assert failed(comparison) == at
+    assert passed(comparison) == [k for k in range(6) if k not in at]
+
+
+def test_the_size_of_a_fault_is_measured(compare: Compare, wrong: Any) -> None:
+    """Albedo × 1.01 makes bounce k too bright by 1.01ᵏ − 1; each interval, at 99.9 %, holds that."""
+    for bounce in compare("furnace-box", "wrong:brighter").bounces:
+        low, high = bounce.interval
+        assert low - 1e-9 <= 1.01**bounce.bounce - 1 <= high + 1e-9
+
+
+def test_a_furnace_can_t_see_a_flipped_image_and_says_so(compare: Compare, wrong: Any) -> None:
+    comparison = compare("furnace-box", "wrong:flipped")
+    assert comparison.verdict == "pass"
+    assert "flipped" in comparison.blind_to
+
+
+@pytest.mark.parametrize(
+    ("fault", "verdict", "message"),
+    [
+        ("wrong:crash", "error", "killed by signal 11"),
+        ("wrong:missing", "error", "No module named 'missing'"),
+        ("wrong:nan", "error", "not finite"),
+        ("wrong:refuse", "unsupported", "spheres"),
+    ],
+)
+def test_what_goes_wrong_is_a_result_and_the_others_go_on(
+    wrong: Any, tmp_path: Path, observer: Any, fault: str, verdict: str, message: str
+) -> None:
+    settings = Settings(size=(16, 16), budget=10.0, jobs=2)
+    first, second = campaign.run(
+        [library.case("furnace-sphere")], [fault, "wrong:right"], settings, tmp_path, observer
+    )
+    assert (first.verdict, second.verdict) == (verdict, "pass")
+    assert message in first.message
+    assert first.bounces == []
+    assert bool(first.log) == (verdict == "error" and fault != "wrong:nan")
+
+
+def test_a_renderer_that_hangs_is_stopped_and_the_others_go_on(
+    wrong: Any, tmp_path: Path, observer: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("comparisons.sequential.GRACE", 1.0)
+    settings = Settings(size=(8, 8), budget=2.0)
+    first, second = campaign.run(
+        [library.case("furnace-sphere")], ["wrong:hang", "wrong:right"], settings, tmp_path, observer
+    )
+    assert (first.verdict, second.verdict) == ("error", "pass")
+    assert "no answer within 3 s" in first.message
+
+
+@pytest.mark.parametrize("budget", [0.001, 0.2])
+def test_a_budget_too_small_is_inconclusive_and_says_what_it_could_have_seen(
+    compare: Compare, budget: float
+) -> None:
+    comparison = compare("furnace-box", "reference", budget=budget, tolerance=1e-6)
+    assert comparison.verdict == "inconclusive"
+    assert comparison.replicates >= 2
+    assert "could have been detected" in comparison.message
+    assert all(np.isfinite(b.detectable_bias) and b.detectable_bias > 0 for b in comparison.bounces)
+
+
+def test_looks_double_until_all_is_clear(compare: Compare) -> None:
+    comparison = compare("integrating-sphere", "reference", tolerance=0.004, tile_tolerance=0.02)
+    assert comparison.verdict == "pass"
+    assert [look.replicates for look in comparison.looks] == [32 * 2**j for j in range(len(comparison.looks))]
+    assert comparison.looks[-1].open_bounces == []
+    spent = sum(look.alpha for look in comparison.looks)
+    assert spent < comparison.alpha
+
+
+def test_the_images_are_written(compare: Compare, tmp_path: Path) -> None:
+    comparison = compare("integrating-sphere", "reference", bounces=2)
+    assert comparison.images is not None
+    truth, _ = exr.read_bounces(tmp_path / comparison.images.truth)
+    mean, stderr = exr.read_bounces(tmp_path / comparison.images.renderer)
+    assert truth.shape == mean.shape == stderr.shape == (3, 16, 16, 3)
+    np.testing.assert_allclose(
+        mean.mean(axis=(1, 2))[:, 0], [b.channels[0].mean for b in comparison.bounces], rtol=1e-5
+    )
+    assert (stderr[0].max(axis=(0, 1)) > 0).all()
+
+
+def test_a_declared_deviation_is_known_and_a_vanished_one_is_reported(
+    wrong: Any, compare: Compare, tmp_path: Path
+) -> None:
+    file = tmp_path / "known.toml"
+    file.write_text(
+        '[[deviation]]\ncase = "furnace-box"\nrenderer = "wrong:third-bounce-brighter"\nversions = "==1.*"\n'
+        'bounces = [2, 3]\nbias = [0.02, 0.02]\nwithin = 0.005\ntile_within = 0.02\nreason = "r"\nlink = "l"\n'
+    )
+    comparison = compare("furnace-box", "wrong:third-bounce-brighter", known=tuple(known.load(file)))
+    assert comparison.verdict == "known"
+    second, third = comparison.bounces[2], comparison.bounces[3]
+    assert (second.verdict, third.verdict) == ("pass", "known")
+    assert second.known is not None
+    assert second.known.state == "vanished"
+    assert comparison.notes == ["Bounce 2: the declared deviation has vanished; remove its entry."]
+
+
+def test_the_estimator_of_a_truth_does_not_judge_itself(compare: Compare) -> None:
+    comparison = compare("cornell-box", "reference", bounces=1)
+    assert comparison.truth == "estimated"
+    assert "reference:nee is held against it" in comparison.notes[0]
+
+
+def test_an_unknown_renderer_stops_the_run_before_it_begins(tmp_path: Path, observer: Any) -> None:
+    with pytest.raises(UnknownNameError):
+        campaign.run([library.case("furnace-box")], ["reference", "mitsubi"], Settings(), tmp_path, observer)
+    assert observer.events == []
+
+
+def test_the_observer_sees_it_all(compare: Compare, observer: Any) -> None:
+    compare("furnace-sphere", "reference")
+    assert observer.events == [("furnace-sphere", "reference"), ("furnace-sphere", "pass")]
+    assert observer.shares == sorted(observer.shares)
+    assert 0 <= observer.shares[0] <= observer.shares[-1] <= 1

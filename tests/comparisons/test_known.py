@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from comparisons import known
+from comparisons.renderers import canonical
+from scenes import library
+
+ENTRY = """
+[[deviation]]
+case = "furnace-box"
+renderer = "mitsuba:scalar_rgb"
+versions = ">=3.9,<3.10"
+bounces = [1, 2]
+bias = [0.01, 0.02]
+within = 0.001
+tile_within = 0.01
+reason = "r"
+link = "l"
+"""
+
+
+def test_shipped_entries_name_cases_and_renderers_that_exist_and_a_page_that_exists() -> None:
+    entries = known.load(known.SHIPPED)
+    assert entries
+    for entry in entries:
+        assert library.case(entry.case).bounces >= max(entry.bounces)
+        assert canonical(entry.renderer) == entry.renderer
+        assert (Path(__file__).parents[2] / entry.link).exists()
+
+
+def test_entries_apply_to_their_case_renderer_and_versions(tmp_path: Path) -> None:
+    file = tmp_path / "known.toml"
+    file.write_text(ENTRY)
+    entries = known.load(file)
+    found = known.declared(entries, "furnace-box", "mitsuba:scalar_rgb", "3.9.1")
+    assert sorted(found) == [1, 2]
+    assert not known.declared(entries, "furnace-box", "mitsuba:scalar_rgb", "3.10.0")
+    assert not known.declared(entries, "furnace-sphere", "mitsuba:scalar_rgb", "3.9.1")
+    assert not known.declared(entries, "furnace-box", "reference:mis", "3.9.1")
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (("[0.01, 0.02]", "[0.01]"), "bias has 1 numbers, bounces has 2"),
+        ((">=3.9,<3.10", "three"), "versions = 'three'"),
+        (('reason = "r"\n', ""), "missing required field `reason`"),
+        (('link = "l"', 'link = "l"\nsize = 3'), "unknown field `size`"),
+        (("within = 0.001", "within = 0"), "within = 0"),
+        (("[[deviation]]", "[[deviation]"), "known.toml"),
+    ],
+)
+def test_a_wrong_file_is_refused(tmp_path: Path, change: tuple[str, str], complaint: str) -> None:
+    file = tmp_path / "known.toml"
+    file.write_text(ENTRY.replace(*change))
+    with pytest.raises(known.KnownError, match=r"known\.toml") as caught:
+        known.load(file)
+    assert complaint in str(caught.value)
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(known.KnownError, match="No such file"):
+        known.load(tmp_path / "none.toml")

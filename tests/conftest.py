@@ -1,0 +1,96 @@
+"""A browser that complains, for every test that opens a report."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+
+class Watched:
+    """A page and everything on it that a report must not do."""
+
+    def __init__(self, page: Any, file: Path) -> None:
+        self.page, self.complaints = page, list[str]()
+        own = file.resolve().as_uri()
+        page.on("console", self._on_console)
+        page.on("pageerror", lambda error: self.complaints.append(f"page error: {error}"))
+        page.on("request", lambda request: self._on_request(request.url, own))
+
+    def _on_console(self, message: Any) -> None:
+        if message.type in {"error", "warning"}:
+            self.complaints.append(f"console {message.type}: {message.text}")
+
+    def _on_request(self, url: str, own: str) -> None:
+        if url.partition("#")[0] != own and not url.startswith(("data:", "blob:")):
+            self.complaints.append(f"request: {url[:200]}")
+
+
+OpenReport = Callable[..., Any]
+
+
+@pytest.fixture
+def open_report() -> Iterator[OpenReport]:
+    """``open_report(path)`` opens a report in Chromium, checks it, and returns the page for further checks.
+
+    It fails on any error or warning in the console, any request but the file itself, any image that does not
+    load and, unless ``plots=False``, any plot that is not drawn. Options go to Playwright's ``new_page``.
+    """
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        if os.environ.get("CI") == "true":
+            pytest.fail("chromium is not installed, and CI has to test the report in a browser")
+        pytest.skip("chromium is not installed")
+    with _browser(chromium) as browser:
+        yield lambda path, *, plots=True, **options: _checked(browser, path, plots, options)
+
+
+@contextmanager
+def _browser(executable: str) -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    quiet = [
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--no-first-run",
+    ]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=executable, args=["--no-sandbox", "--disable-gpu", *quiet]
+        )
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+def _checked(browser: Any, path: Path, plots: bool, options: dict[str, Any]) -> Any:
+    watched = Watched(browser.new_page(**({"viewport": {"width": 1280, "height": 900}} | options)), path)
+    page = watched.page
+    page.goto(path.resolve().as_uri())
+    page.wait_for_load_state("load")
+    if plots:
+        # Playwright's selectors look into the shadow roots that Bokeh draws in
+        page.wait_for_selector(".plot canvas", state="attached")
+        page.wait_for_function("() => Bokeh.documents.length && Bokeh.documents.every(d => d.is_idle)")
+        for plot in page.query_selector_all(".plot"):
+            canvas = plot.query_selector("canvas")
+            assert canvas is not None, "a plot has no canvas"
+            assert canvas.evaluate(_HAS_INK), "a plot is empty"
+    unseen = page.evaluate("() => [...document.images].filter(i => !i.naturalWidth).map(i => i.alt)")
+    assert not unseen, f"images that don't load: {unseen}"
+    page.wait_for_timeout(200)
+    assert not watched.complaints
+    return page
+
+
+_HAS_INK = """canvas => {
+  const {width, height} = canvas;
+  return width > 0 && canvas.getContext("2d").getImageData(0, 0, width, height).data.some(v => v);
+}"""

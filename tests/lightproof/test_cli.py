@@ -1,0 +1,210 @@
+"""The command as people meet it: what it says, what it writes, how it ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from lightproof.cli import app
+from scenes.formats import exr
+
+RUN = [sys.executable, "-P", "-m", "lightproof"]
+
+
+def invoke(*arguments: str | Path) -> Any:
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def flat(text: str) -> str:
+    """Without the frames and line breaks that depend on the width of the terminal."""
+    return " ".join(text.translate(str.maketrans("│╭╮╰╯─", "      ")).split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["validate", "furnace-bax"], "no case is called 'furnace-bax': did you mean furnace-box"),
+        (
+            ["validate", "--renderer", "mitsubishi"],
+            "no renderer is called 'mitsubishi': did you mean mitsuba",
+        ),
+        (["validate", "--tolerance", "-1%"], "'-1%': expected a share above 0, such as 0.5% or 0.005"),
+        (["validate", "--tile-tolerance", "big"], "'big': expected a share above 0"),
+        (["validate", "--size", "64"], "'64': expected WIDTHxHEIGHT in pixels, such as 64x48"),
+        (["validate", "--bounces", "-1"], "Invalid value for '--bounces'"),
+        (["validate", "--budget", "0"], "Invalid value for '--budget'"),
+        (["validate", "--known", "no/such.toml"], "no/such.toml: No such file"),
+        (["render", "nothing"], "no case is called 'nothing': there are cornell-box, furnace-box"),
+        (["list", "everything"], "'everything' is not one of"),
+        (["explode"], "No such command 'explode'"),
+    ],
+)
+def test_wrong_usage_is_explained_and_ends_with_2(arguments: list[str], complaint: str) -> None:
+    result = invoke(*arguments)
+    assert result.exit_code == 2
+    assert complaint in flat(result.output)
+
+
+def test_out_must_be_a_folder(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    result = invoke("validate", "furnace-box", "--out", file)
+    assert result.exit_code == 2
+    assert "is a file; expected a folder" in flat(result.output)
+
+
+@pytest.mark.parametrize("command", ["validate", "render", "list", "report"])
+def test_help_teaches(command: str) -> None:
+    result = invoke(command, "--help")
+    assert result.exit_code == 0
+    assert "Usage" in result.output
+
+
+def test_lists_for_people_and_programs() -> None:
+    for what, name in (("cases", "furnace-box"), ("renderers", "mitsuba:scalar_rgb")):
+        rows = json.loads(invoke("list", what, "--json").output)
+        assert name in [row["name"] for row in rows]
+        assert name in invoke("list", what).output
+
+
+def test_render_writes_a_layer_per_bounce(tmp_path: Path) -> None:
+    out = tmp_path / "box.exr"
+    arguments = ("furnace-box", "--renderer", "mitsuba", "--bounces", "2", "--spp", "2", "--size", "8x6")
+    result = invoke("render", *arguments, "--out", out)
+    assert result.exit_code == 0
+    mean, _ = exr.read_bounces(out)
+    assert mean.shape == (3, 6, 8, 3)
+    assert (mean[0] == 1).all()
+
+
+def test_render_into_no_folder_is_wrong_usage(tmp_path: Path) -> None:
+    result = invoke(
+        "render", "furnace-box", "--spp", "1", "--size", "4x4", "--out", tmp_path / "no" / "box.exr"
+    )
+    assert result.exit_code == 2
+
+
+def test_report_of_no_results_is_wrong_usage(tmp_path: Path) -> None:
+    result = invoke("report", tmp_path)
+    assert result.exit_code == 2
+    assert "lightproof validate" in result.output
+
+
+def validate(tmp_path: Path, *arguments: str) -> Any:
+    return invoke("validate", *arguments, "--size", "16x16", "--jobs", "2", "--out", tmp_path / "out")
+
+
+def test_a_pass_ends_with_0_and_writes_everything(tmp_path: Path) -> None:
+    result = validate(tmp_path, "furnace-sphere", "--renderer", "reference")
+    assert result.exit_code == 0, result.output
+    out = tmp_path / "out"
+    for name in ("results.json", "report.html", "junit.xml", "images/furnace-sphere/truth.exr"):
+        assert (out / name).exists()
+    assert "furnace-sphere × reference: pass" in result.output
+    assert str(out / "report.html") in result.output
+    assert "\x1b[" not in result.output, "no colours where there is no terminal"
+    document = json.loads((out / "results.json").read_bytes())
+    assert document["provenance"]["versions"]["mitsuba"]
+    before = (out / "report.html").read_bytes()
+    (out / "report.html").unlink()
+    assert invoke("report", out).exit_code == 0
+    assert (out / "report.html").stat().st_size == pytest.approx(len(before), rel=0.01)
+
+
+def test_a_fail_ends_with_1(tmp_path: Path) -> None:
+    """A deviation of Mitsuba that is real: undeclared it fails, declared it does not."""
+    arguments = ("furnace-sphere", "--renderer", "mitsuba", "--bounces", "1")
+    assert validate(tmp_path, *arguments, "--known", "none").exit_code == 1
+    declared = validate(tmp_path, *arguments)
+    assert declared.exit_code == 0
+    assert "furnace-sphere × mitsuba: known" in declared.output
+
+
+def test_an_inconclusive_run_ends_with_4(tmp_path: Path) -> None:
+    result = validate(tmp_path, "furnace-box", "--renderer", "reference", "--budget", "0.01")
+    assert result.exit_code == 4
+    assert "could have been detected from" in result.output
+
+
+def test_a_renderer_that_can_t_be_loaded_ends_with_3(tmp_path: Path) -> None:
+    """A real process of the command, in which Mitsuba's package is one that raises."""
+    broken = tmp_path / "broken" / "mitsuba"
+    broken.mkdir(parents=True)
+    (broken / "__init__.py").write_text("raise ImportError('libmitsuba.so: cannot open shared object file')")
+    result = subprocess.run(
+        [*RUN, "validate", "furnace-sphere", "--size", "8x8", "--out", tmp_path / "out"],
+        env={**os.environ, "PYTHONPATH": str(broken.parent)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert result.returncode == 3, result.stdout + result.stderr
+    assert "furnace-sphere × reference: pass" in result.stdout
+    assert "furnace-sphere × mitsuba: error" in result.stdout
+    [_, comparison] = json.loads((tmp_path / "out" / "results.json").read_bytes())["comparisons"]
+    assert "libmitsuba.so" in comparison["message"]
+    assert "libmitsuba.so" in comparison["log"][-1]
+
+
+def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path) -> None:
+    run = subprocess.Popen(
+        [
+            *RUN,
+            "validate",
+            "furnace-box",
+            "--tolerance",
+            "0.00001%",
+            "--budget",
+            "300",
+            "--out",
+            tmp_path / "out",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    deadline = time.monotonic() + 60
+    while not _group(run.pid) - {run.pid} and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert _group(run.pid) - {run.pid}, "no renderer was started"
+    os.killpg(run.pid, signal.SIGINT)
+    _, errors = run.communicate(timeout=30)
+    assert run.returncode == 130
+    assert "interrupted" in errors
+    assert "Traceback" not in errors
+    assert not _group(run.pid)
+
+
+def _group(leader: int) -> set[int]:
+    """The processes of a process group."""
+    found = set()
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue  # it ended while we looked
+        if int(fields[2]) == leader and fields[0] != "Z":
+            found.add(int(stat.parent.name))
+    return found
+
+
+@pytest.mark.browser
+def test_a_real_report_opens_in_a_browser(tmp_path: Path, open_report: Any) -> None:
+    arguments = ("furnace-sphere", "integrating-sphere", "--bounces", "3")
+    assert validate(tmp_path, *arguments).exit_code == 0
+    page = open_report(tmp_path / "out" / "report.html")
+    text = page.inner_text("body")
+    assert "integrating-sphere" in text
+    assert "mitsuba" in text
+    assert "known" in text
+    assert page.locator(".plot canvas").count() > 0

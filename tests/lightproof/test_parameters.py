@@ -1,0 +1,38 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import typer
+
+from lightproof.parameters import bounce_count, percent, size
+from scenes import library
+
+
+@pytest.mark.parametrize(("text", "value"), [("0.5%", 0.005), ("0.005", 0.005), ("2 %", 0.02), (None, None)])
+def test_percent(text: str | None, value: float | None) -> None:
+    assert percent(text, "--tolerance") == value
+
+
+@pytest.mark.parametrize("text", ["", "%", "0%", "-1", "nan", "inf%", "1%%"])
+def test_no_percent(text: str) -> None:
+    with pytest.raises(typer.BadParameter, match="expected a share above 0"):
+        percent(text, "--tolerance")
+
+
+@pytest.mark.parametrize(("text", "value"), [("64x48", (64, 48)), ("1×2", (1, 2)), (None, None)])
+def test_size(text: str | None, value: tuple[int, int] | None) -> None:
+    assert size(text) == value
+
+
+@pytest.mark.parametrize("text", ["64", "0x3", "3x", "axb", "-1x3", "64x48x3"])
+def test_no_size(text: str) -> None:
+    with pytest.raises(typer.BadParameter, match="expected WIDTHxHEIGHT"):
+        size(text)
+
+
+def test_bounces_beyond_the_answer() -> None:
+    limited = replace(library.case("furnace-box"), max_bounces=3)
+    assert bounce_count(limited, 3) is limited
+    with pytest.raises(typer.BadParameter, match="holds for bounces 0 to 3"):
+        bounce_count(limited, 4)
