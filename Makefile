@@ -1,6 +1,5 @@
 # make validate   Mitsuba 3 and the reference tracer against exact answers; says where the report is
 # make test       the tests, in under ten minutes on two cores
-# make test-all   the tests and the long ones
 # make check      formatting, lint, types, import rules
 # make truth      the committed data of the Cornell box anew, in about half an hour
 # make schema     results.schema.json from the code
@@ -10,19 +9,17 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+INSTALLED_DEV := $(VENV)/.installed-dev
 
-.PHONY: validate test test-all check truth schema pins clean
+.PHONY: validate test check truth schema pins clean
 
 validate: $(INSTALLED)
-	$(BIN)/lightproof validate $(ARGS)
+	@$(BIN)/lightproof validate $(ARGS)
 
-test: $(INSTALLED)
-	$(BIN)/python -m pytest -m "not slow" $(ARGS)
-
-test-all: $(INSTALLED)
+test: $(INSTALLED_DEV)
 	$(BIN)/python -m pytest $(ARGS)
 
-check: $(INSTALLED)
+check: $(INSTALLED_DEV)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -31,19 +28,27 @@ check: $(INSTALLED)
 truth: $(INSTALLED)
 	$(BIN)/python -m comparisons.truth cornell-box --spp 131072
 
-schema: $(INSTALLED)
+schema: $(INSTALLED_DEV)
 	$(BIN)/python -m comparisons.results
 
-pins: $(INSTALLED)
-	$(BIN)/python -m pip freeze --exclude-editable --exclude lightproof > constraints.txt
+pins: $(INSTALLED_DEV)
+	{ echo "# What CI has tested; written by make pins."; \
+		$(BIN)/python -m pip freeze --exclude-editable --exclude lightproof; } > constraints.txt
 
 # the constraints pin what CI has tested; a marker file keeps a second run from installing again
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+
 $(INSTALLED): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 		|| { echo "Python 3.11 or later is needed; found $$($(PYTHON) --version). Try: make PYTHON=python3.12"; exit 1; }
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable . --group dev
+	@echo "Setting up $(VENV); this takes a minute, once"
+	@$(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade "pip>=25.1"
+	@$(PIP) --editable .
+	@touch $@
+
+$(INSTALLED_DEV): $(INSTALLED)
+	@$(PIP) --group dev
 	@touch $@
 
 clean:

@@ -7,6 +7,7 @@ failed is replaced by the next request that needs it.
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Self
@@ -28,10 +29,10 @@ class Crew:
         self._closed = False
 
     def render(
-        self, name: str, scene: Scene, bounces: int, spp: int, seed: int, timeout: float
+        self, name: str, scene: Scene, bounces: Sequence[int], spp: int, seed: int, timeout: float
     ) -> Future[Images]:
         """Ask for one image; the future raises what ``RendererProcess.render`` raises."""
-        return self._pool.submit(self._render, name, scene, bounces, spp, seed, timeout)
+        return self._pool.submit(self._render, name, scene, tuple(bounces), spp, seed, timeout)
 
     def version(self, name: str) -> str:
         """Of the renderer, which is loaded for that.
@@ -50,7 +51,9 @@ class Crew:
         for process in idle:
             self._end(process)
 
-    def _render(self, name: str, scene: Scene, bounces: int, spp: int, seed: int, timeout: float) -> Images:
+    def _render(
+        self, name: str, scene: Scene, bounces: Sequence[int], spp: int, seed: int, timeout: float
+    ) -> Images:
         process = self._take(name)
         try:
             image = process.render(scene, bounces, spp, seed, timeout)

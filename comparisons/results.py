@@ -91,6 +91,8 @@ class BounceResult(Struct, frozen=True, kw_only=True):
     tile_tolerance: float
     detectable_bias: float
     resolution: float
+    replicates: int
+    spp: Annotated[int, Meta(description="samples per pixel, over all replicates")]
     channels: list[ChannelResult]
     worst_tile: TileResult
     known: KnownDeviation | None = None
@@ -113,7 +115,7 @@ class Images(Struct, frozen=True, kw_only=True):
 
 
 class Look(Struct, frozen=True, kw_only=True):
-    """One interim analysis: after so many replicates and seconds, at this level, so many bounces were open."""
+    """One interim analysis: after so many replicates and seconds, at this level, these bounces stayed open."""
 
     replicates: int
     seconds: float
@@ -129,8 +131,8 @@ class Comparison(Struct, frozen=True, kw_only=True):
     verdict: Verdict
     truth: Literal["exact", "computed", "estimated"]
     seconds: float
-    spp: Annotated[int, Meta(description="samples per pixel, over all replicates")]
-    replicates: int
+    spp: Annotated[int, Meta(description="samples per pixel of the bounce that needed most")]
+    replicates: Annotated[int, Meta(description="of the bounce that needed most")]
     bounces: list[BounceResult]
     title: str
     blind_to: Annotated[str, Meta(description="what this case can't reveal")]

@@ -1,13 +1,13 @@
-"""Sequential sampling: double the replicates until every bounce is decided, or the budget is used up.
+"""Sequential sampling: draw until so many replicates, or until the budget is used up.
 
 A replicate is an independent render of a few samples per pixel. Variances come from replicates alone, at least
-``MIN_REPLICATES`` of them, since a renderer's pixels may be correlated. The end of the budget is a look.
+``MIN_REPLICATES`` of them, since a renderer's pixels may be correlated.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
 
@@ -21,37 +21,13 @@ from scenes import Scene
 
 MIN_REPLICATES = 32
 
-FIRST_LOOK = 2.5
-"""Seconds that the first look should take, or an eighth of the budget if that is less."""
-
-_PILOT = 0.05  # seconds of rendering that are enough to foresee the time of more
+FIRST_LOOK = 2.0
+"""Seconds that the first ``MIN_REPLICATES`` should take, or an eighth of the budget if that is less."""
 
 GRACE = 60.0
 """Seconds beyond the budget after which a renderer that gives no answer is stopped."""
 
-
-@dataclass(frozen=True)
-class Sample:
-    """What has been rendered so far.
-
-    Attributes:
-        pixels: moments of the images, ``(bounces + 1, height, width, channels)``.
-        regions: moments of their means over regions, ``(1 + tiles, bounces + 1, channels)``.
-        spp: of each replicate.
-        seconds: since the start.
-        exhausted: whether the budget is used up.
-    """
-
-    pixels: Moments
-    regions: Moments
-    spp: int
-    seconds: float
-    exhausted: bool
-
-    @property
-    def enough(self) -> bool:
-        """Whether there are as many replicates as a verdict needs."""
-        return self.pixels.count >= MIN_REPLICATES
+_PILOT = 0.05  # seconds of rendering that are enough to foresee the time of more
 
 
 @dataclass(frozen=True)
@@ -68,7 +44,7 @@ class Job:
 
     renderer: str
     scene: Scene
-    bounces: int
+    bounces: Sequence[int]
     seed: int
     budget: float
     on_progress: Callable[[float], None] = lambda done: None
@@ -79,60 +55,86 @@ def first_seed(seed: int) -> int:
     return int(np.random.SeedSequence(seed).generate_state(1)[0]) >> 1
 
 
-def sample(job: Job, crew: Crew, regions: Regions) -> Iterator[Sample]:
-    """Yield what there is after 32, 64, 128, … replicates, and at the end of the budget; then stop.
+class Sampler:
+    """Draws replicates, and keeps the moments of each bounce.
 
-    Raises:
-        RendererError: see ``RendererProcess.render``.
+    Attributes:
+        pixels: by bounce, moments of its images, ``(height, width, channels)``.
+        regions: by bounce, moments of their means over regions, ``(1 + tiles, channels)``.
+        spp: of each replicate.
     """
-    start = time.monotonic()
-    spp = _pilot(job, crew)
-    pixels, means = None, None
-    running: set[Future[Images]] = set()
-    try:
-        target, submitted = MIN_REPLICATES, 0
-        while True:
-            used = (time.monotonic() - start) / job.budget
-            job.on_progress(min(used, 1.0))
-            count = pixels.count if pixels else 0
-            # two replicates make the least sample that has a spread to speak of, however small the budget
-            wanted = target if used < 1 else min(target, max(2, submitted))
-            while submitted < wanted and len(running) < crew.jobs:
-                running.add(_submit(job, crew, spp, job.seed + submitted))
-                submitted += 1
-            if running:
+
+    def __init__(self, job: Job, crew: Crew, regions: Regions) -> None:
+        """Find out how long the renderer takes.
+
+        Raises:
+            RendererError: see ``RendererProcess.render``.
+        """
+        self.pixels: dict[int, Moments] = {}
+        self.regions: dict[int, Moments] = {}
+        self._job, self._crew, self._grid = job, crew, regions
+        self._start, self._submitted = time.monotonic(), 0
+        self.spp = self._pilot()
+
+    @property
+    def seconds(self) -> float:
+        """Since the start."""
+        return time.monotonic() - self._start
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether the budget is used up."""
+        return self.seconds >= self._job.budget
+
+    def draw(self, bounces: Sequence[int], target: int) -> None:
+        """Draw replicates of these bounces until each has ``target`` of them, or the budget is used up.
+
+        Two of them are drawn however small the budget: the least sample that has a spread to speak of.
+
+        Raises:
+            RendererError: see ``RendererProcess.render``.
+        """
+        running: set[Future[Images]] = set()
+        missing = target - (self.pixels[bounces[0]].count if bounces[0] in self.pixels else 0)
+        try:
+            while True:
+                while (
+                    missing and len(running) < self._crew.jobs and (not self.exhausted or self._submitted < 2)
+                ):
+                    running.add(self._submit(bounces, self.spp, self._job.seed + self._submitted))
+                    self._submitted, missing = self._submitted + 1, missing - 1
+                if not running:
+                    return
                 done, running = wait(running, return_when=FIRST_COMPLETED)
-                for image in (future.result() for future in done):
-                    of_pixels, of_means = Moments.of(image), Moments.of(regions.means(image))
-                    pixels, means = (
-                        (pixels + of_pixels, means + of_means) if pixels and means else (of_pixels, of_means)
-                    )
-                continue
-            assert pixels is not None
-            assert means is not None
-            yield Sample(pixels, means, spp, time.monotonic() - start, exhausted=count < target)
-            if count < target:
-                return
-            target *= 2
-    finally:
-        for future in running:
-            future.cancel()
+                for future in done:
+                    self._add(bounces, future.result())
+                self._job.on_progress(min(self.seconds / self._job.budget, 1.0))
+        finally:
+            for future in running:
+                future.cancel()
 
+    def _add(self, bounces: Sequence[int], images: Images) -> None:
+        means = self._grid.means(images)
+        for row, k in enumerate(bounces):
+            for kept, replicate in ((self.pixels, images[row]), (self.regions, means[:, row])):
+                moments = Moments.of(replicate)
+                kept[k] = kept[k] + moments if k in kept else moments
 
-def _pilot(job: Job, crew: Crew) -> int:
-    """Samples per pixel of a replicate, such that the first look comes when it should."""
-    _submit(job, crew, 1, job.seed).result()  # loads the scene, which must not be counted
-    spp = 1
-    while True:
-        start = time.monotonic()
-        _submit(job, crew, spp, job.seed).result()
-        elapsed = time.monotonic() - start
-        if elapsed > _PILOT or elapsed * 4 > job.budget / 8:
-            break
-        spp *= 4
-    first_look = min(FIRST_LOOK, job.budget / 8)
-    return max(1, int(first_look * crew.jobs / MIN_REPLICATES * spp / elapsed))
+    def _pilot(self) -> int:
+        """Samples per pixel of a replicate, such that the first look comes when it should."""
+        bounces, budget = self._job.bounces, self._job.budget
+        self._submit(bounces, 1, self._job.seed).result()  # loads the scene, which must not be counted
+        spp = 1
+        while True:
+            start = time.monotonic()
+            self._submit(bounces, spp, self._job.seed).result()
+            elapsed = time.monotonic() - start
+            if elapsed > _PILOT or elapsed * 4 > budget / 8:
+                break
+            spp *= 4
+        first_look = min(FIRST_LOOK, budget / 8)
+        return max(1, int(first_look * self._crew.jobs / MIN_REPLICATES * spp / elapsed))
 
-
-def _submit(job: Job, crew: Crew, spp: int, seed: int) -> Future[Images]:
-    return crew.render(job.renderer, job.scene, job.bounces, spp, seed, timeout=job.budget + GRACE)
+    def _submit(self, bounces: Sequence[int], spp: int, seed: int) -> Future[Images]:
+        job = self._job
+        return self._crew.render(job.renderer, job.scene, bounces, spp, seed, timeout=job.budget + GRACE)

@@ -3,15 +3,15 @@
 pass          the own interval of every region and channel lies inside ± tolerance
 fail          the simultaneous interval of some region and channel lies outside ± tolerance
 inconclusive  neither
-known         not a pass, but the deviation is the declared one: as a pass, with the bias less the declared
+known         not a pass, but each of these intervals lies inside ± tolerance or around the declared deviation
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Literal
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,72 +33,84 @@ from scenes.formats.exr import channel_names
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class Measured:
+    """One bounce, measured.
+
+    Attributes:
+        bounce: which.
+        biases: with their intervals, of this look.
+        mean, truth, denominator: means over regions and what biases are relative to, ``(regions, channels)``.
+        replicates, spp: how many, and samples per pixel of all of them together.
+        enough: whether that is as much as a verdict needs; if not, it is inconclusive.
+    """
+
+    bounce: int
+    biases: Biases
+    mean: Array
+    truth: Array
+    denominator: Array
+    replicates: int
+    spp: int
+    enough: bool
+
+
 def judge(
-    biases: Biases,
-    mean: Array,
-    truth: Array,
-    tolerance: Tolerance,
-    regions: Regions,
-    known: Mapping[int, Deviation],
-    enough: bool,
-) -> list[BounceResult]:
-    """The verdict and the numbers of every bounce.
+    measured: Measured, tolerance: Tolerance, regions: Regions, known: Deviation | None
+) -> BounceResult:
+    """The verdict and the numbers of one bounce.
 
     Args:
-        biases: of this look.
-        mean, truth: means over regions, ``(1 + tiles, bounces + 1, channels)``.
-        tolerance: per bounce, for the image and for its tiles.
+        measured: the numbers.
+        tolerance: for the image and for its tiles.
         regions: which region is where.
-        known: declared deviations, by bounce.
-        enough: whether there are as many replicates as a verdict needs; if not, all is inconclusive.
+        known: the declared deviation of this bounce.
     """
-    tolerances = np.array(
-        [
-            [tolerance.of_image(k) if region == 0 else tolerance.of_tile(k) for k in range(mean.shape[1])]
-            for region in range(len(mean))
-        ]
-    )[..., None]
-    inside, outside = biases.inside(tolerances), biases.outside(tolerances)
-    results = []
-    for k in range(mean.shape[1]):
-        verdict: BounceVerdict = _decide(inside[:, k], outside[:, k]) if enough else "inconclusive"
-        deviation = None
-        if k in known:
-            verdict, deviation = _declared(biases, tolerances, k, verdict, known[k], enough)
-        by_tile = enough and inside[0, k].all() and verdict in ("fail", "inconclusive")
-        result = _bounce(k, verdict, deviation, biases, mean[0], truth[0], tolerances, regions)
-        results.append(msgspec.structs.replace(result, decided_by="tile" if by_tile else "image"))
-    return results
+    k = measured.bounce
+    tolerances = _per_region(measured, tolerance.of_image(k), tolerance.of_tile(k))
+    inside, outside = measured.biases.inside(tolerances), measured.biases.outside(tolerances)
+    verdict: BounceVerdict = _decide(inside, outside) if measured.enough else "inconclusive"
+    deviation = None
+    if known is not None:
+        verdict, deviation = _declared(measured, tolerances, verdict, known)
+    by_tile = measured.enough and inside[0].all() and verdict in ("fail", "inconclusive")
+    return _result(measured, tolerances, regions, verdict, "tile" if by_tile else "image", deviation)
+
+
+def _per_region(measured: Measured, image: float, tile: float) -> Array:
+    """A column with one number for the whole image and another one for each tile."""
+    column = np.full((len(measured.mean), 1), tile)
+    column[0] = image
+    return column
 
 
 def _decide(inside: NDArray[np.bool_], outside: NDArray[np.bool_]) -> Literal["pass", "fail", "inconclusive"]:
-    """One bounce, from where its own intervals lie inside and its simultaneous ones outside, per region."""
     if outside.any():
         return "fail"
     return "pass" if inside.all() else "inconclusive"
 
 
 def _declared(
-    biases: Biases, tolerances: Array, k: int, plain: BounceVerdict, entry: Deviation, enough: bool
+    measured: Measured, tolerances: Array, plain: BounceVerdict, entry: Deviation
 ) -> tuple[BounceVerdict, KnownDeviation]:
     """The verdict where a deviation was declared, and what became of the declaration.
 
     A region may deviate as declared or not at all, since a deviation need not touch every channel and tile.
     """
-    bias = entry.bias[entry.bounces.index(k)]
+    bias = entry.bias[entry.bounces.index(measured.bounce)]
 
     def now(state: Literal["confirmed", "changed", "vanished", "undecided"]) -> KnownDeviation:
         return KnownDeviation(declared_bias=bias, state=state, reason=entry.reason, link=entry.link)
 
     if plain == "pass":
         return "pass", now("vanished")
-    if not enough:
+    if not measured.enough:
         return "inconclusive", now("undecided")
-    within = np.full_like(tolerances, entry.tile_within)
-    within[0] = entry.within
-    inside = biases.inside(tolerances) | biases.inside(within, shift=bias)
-    outside = biases.outside(tolerances) & biases.outside(within, shift=bias)
-    match _decide(inside[:, k], outside[:, k]):
+    within = _per_region(measured, entry.within, entry.tile_within)
+    found = measured.biases
+    inside = found.inside(tolerances) | found.inside(within, center=bias)
+    outside = found.outside(tolerances) & found.outside(within, center=bias)
+    match _decide(inside, outside):
         case "pass":
             return "known", now("confirmed")
         case "fail":
@@ -107,42 +119,25 @@ def _declared(
             return "inconclusive", now("undecided")
 
 
-def _bounce(
-    k: int,
-    verdict: BounceVerdict,
-    known: KnownDeviation | None,
-    biases: Biases,
-    mean: Array,
-    truth: Array,
+def _result(
+    measured: Measured,
     tolerances: Array,
     regions: Regions,
+    verdict: BounceVerdict,
+    decided_by: Literal["image", "tile"],
+    known: KnownDeviation | None,
 ) -> BounceResult:
-    """The numbers of one bounce; ``mean`` and ``truth`` are of the whole image, ``(bounces + 1, channels)``."""
+    """The numbers of one bounce."""
+    found = measured.biases
     # the worst is the one closest to failing, in standard errors
-    margin = (np.abs(biases.bias) - tolerances)[:, k] / np.maximum(biases.error[:, k], 1e-12)
-    channel = int(margin[0].argmax())
-    tile, tile_channel = np.unravel_index(margin[1:].argmax(), margin[1:].shape)
-    names = channel_names(mean.shape[-1])
-    image_tolerance, tile_tolerance = float(tolerances[0, k, 0]), float(tolerances[1, k, 0])
-    channels = [
-        ChannelResult(
-            channel=name,
-            truth_mean=float(truth[k, c]),
-            mean=float(mean[k, c]),
-            denominator=float(biases.denominator[0, k, c]),
-            bias=float(biases.bias[0, k, c]),
-            interval=_interval(biases, 0, k, c),
-            standard_error=float(biases.error[0, k, c]),
-            detectable_bias=image_tolerance + float(biases.resolution[0, k, c]),
-            resolution=float(biases.resolution[0, k, c]),
-        )
-        for c, name in enumerate(names)
-    ]
-    worst = channels[channel]
+    margin = (np.abs(found.bias) - tolerances) / np.maximum(found.error, 1e-12)
+    channels = [_channel(measured, c, float(tolerances[0, 0])) for c in range(found.bias.shape[1])]
+    worst = channels[int(margin[0].argmax())]
+    tile, tile_channel = divmod(int(margin[1:].argmax()), len(channels))
     return BounceResult(
-        bounce=k,
+        bounce=measured.bounce,
         verdict=verdict,
-        decided_by="image",
+        decided_by=decided_by,
         channel=worst.channel,
         truth_mean=worst.truth_mean,
         mean=worst.mean,
@@ -150,24 +145,46 @@ def _bounce(
         bias=worst.bias,
         interval=worst.interval,
         standard_error=worst.standard_error,
-        tolerance=image_tolerance,
-        tile_tolerance=tile_tolerance,
+        tolerance=float(tolerances[0, 0]),
+        tile_tolerance=float(tolerances[1, 0]),
         detectable_bias=worst.detectable_bias,
         resolution=worst.resolution,
+        replicates=measured.replicates,
+        spp=measured.spp,
         channels=channels,
-        worst_tile=TileResult(
-            place=regions.place(int(tile) + 1),
-            channel=names[int(tile_channel)],
-            bias=float(biases.bias[tile + 1, k, tile_channel]),
-            interval=_interval(biases, int(tile) + 1, k, int(tile_channel)),
-            detectable_bias=tile_tolerance + float(biases.resolution[tile + 1, k, tile_channel]),
-        ),
+        worst_tile=_tile(measured, 1 + tile, tile_channel, regions, tolerances),
         known=known,
     )
 
 
-def _interval(biases: Biases, region: int, k: int, c: int) -> Interval:
-    bias, half = float(biases.bias[region, k, c]), float(biases.own[region, k, c])
+def _channel(measured: Measured, c: int, tolerance: float) -> ChannelResult:
+    found = measured.biases
+    return ChannelResult(
+        channel=channel_names(found.bias.shape[1])[c],
+        truth_mean=float(measured.truth[0, c]),
+        mean=float(measured.mean[0, c]),
+        denominator=float(measured.denominator[0, c]),
+        bias=float(found.bias[0, c]),
+        interval=_interval(found, 0, c),
+        standard_error=float(found.error[0, c]),
+        detectable_bias=tolerance + float(found.resolution[0, c]),
+        resolution=float(found.resolution[0, c]),
+    )
+
+
+def _tile(measured: Measured, region: int, c: int, regions: Regions, tolerances: Array) -> TileResult:
+    found = measured.biases
+    return TileResult(
+        place=regions.place(region),
+        channel=channel_names(found.bias.shape[1])[c],
+        bias=float(found.bias[region, c]),
+        interval=_interval(found, region, c),
+        detectable_bias=float(tolerances[region, 0] + found.resolution[region, c]),
+    )
+
+
+def _interval(found: Biases, region: int, c: int) -> Interval:
+    bias, half = float(found.bias[region, c]), float(found.own[region, c])
     return bias - half, bias + half
 
 

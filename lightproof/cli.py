@@ -13,10 +13,10 @@ from rich.table import Table
 
 import reports
 from comparisons import known as known_deviations
-from comparisons.campaign import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
 from comparisons.renderers import RENDERERS, SHORT_NAMES, RendererError, canonical
 from comparisons.renderers.process import RendererProcess
 from comparisons.results import ResultsError
+from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
 from lightproof import terminal
 from lightproof.parameters import bounce_count, percent, size
 from lightproof.validate import exit_status
@@ -153,7 +153,7 @@ def render(
             console.status(f"{case} × {renderer}: bounces 0 to {last}, {spp} spp"),
             RendererProcess(name) as process,
         ):
-            image = process.render(scene, last, spp, seed, timeout=RENDER_TIMEOUT)
+            image = process.render(scene, range(last + 1), spp, seed, timeout=RENDER_TIMEOUT)
         exr.write_bounces(path, image)
     except KeyboardInterrupt:
         _stop("interrupted; nothing was written", 130)

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import reports
 from comparisons import campaign, results
-from comparisons.campaign import Observer, Settings
 from comparisons.results import Provenance, Results, Verdict
 from comparisons.sequential import first_seed
+from comparisons.settings import Observer, Settings
 from comparisons.verdict import overall
 from scenes import Case
 

@@ -19,7 +19,7 @@ class Render(msgspec.Struct, tag="render"):
     """A request: one image."""
 
     scene: Scene
-    bounces: int
+    bounces: list[int]
     spp: int
     seed: int
 

@@ -17,6 +17,7 @@ reconstruction filter (``box``) and half-precision output.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -45,30 +46,29 @@ class MitsubaRenderer:
         """Of Mitsuba."""
         return str(self._mi.__version__)
 
-    def render(self, scene: Scene, bounces: int, spp: int, seed: int) -> Images:
+    def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
         """Coupled differences of depths, averaged over one-sample renders; see the protocol.
 
         Mitsuba numbers the streams of pixels by pixel + seed × pixels, modulo 2³²: consecutive seeds share
         none until these run out, after 2³² / pixels samples.
         """
-        mi_scene, integrators = self._load(scene), self._integrators(bounces)
+        mi_scene = self._load(scene)
+        depths = sorted({d for k in bounces for d in (k, k + 1)} - {0})  # depth 0 holds nothing
+        paths = {d: self._path(d) for d in depths}
         height, width, _ = scene.shape
         streams = 2**32 // (height * width)
-        total = np.zeros((bounces + 1, *scene.shape))
+        total = np.zeros((len(bounces), *scene.shape))
         for i in range(spp):
             stream = (seed * spp + i) % streams
-            partial_sums = [
-                np.array(self._mi.render(mi_scene, integrator=path, spp=1, seed=stream), dtype=np.float64)
-                for path in integrators
-            ]
-            total += np.diff(partial_sums, axis=0, prepend=0)
+            partial_sums = {0: np.zeros(scene.shape)} | {
+                d: np.array(self._mi.render(mi_scene, integrator=path, spp=1, seed=stream), dtype=np.float64)
+                for d, path in paths.items()
+            }
+            total += np.array([partial_sums[k + 1] - partial_sums[k] for k in bounces])
         return total / spp
 
-    def _integrators(self, bounces: int) -> list[Any]:
-        depths = range(1, bounces + 2)
-        return [
-            self._mi.load_dict({"type": "path", "max_depth": d, "rr_depth": _NO_ROULETTE}) for d in depths
-        ]
+    def _path(self, depth: int) -> Any:
+        return self._mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": _NO_ROULETTE})
 
     def _load_scene(self, scene: Scene) -> Any:
         return self._mi.load_dict(scene_dict(self._mi, scene))

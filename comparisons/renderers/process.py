@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Sequence
 from contextlib import suppress
 from types import TracebackType
 from typing import Self
@@ -58,7 +59,7 @@ class RendererProcess:
             raise
         self.version = reply.version
 
-    def render(self, scene: Scene, bounces: int, spp: int, seed: int, timeout: float) -> Images:
+    def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int, timeout: float) -> Images:
         """Render in the process; see ``protocol.Renderer``.
 
         Raises:
@@ -69,7 +70,7 @@ class RendererProcess:
         """
         assert self._process.stdin is not None
         try:
-            send(self._process.stdin, Render(scene, bounces, spp, seed))
+            send(self._process.stdin, Render(scene, list(bounces), spp, seed))
         except BrokenPipeError:
             raise self._gone() from None
         reply, image = self._reply(timeout)
@@ -79,7 +80,7 @@ class RendererProcess:
             raise RendererFailed(reply.message, self.log())
         if image is None:
             raise RendererFailed(f"said {reply} where an image was expected", self.log())
-        _check(image, (bounces + 1, *scene.shape))
+        _check(image, bounces, scene)
         return image
 
     def _reply(self, timeout: float) -> tuple[Reply, Images | None]:
@@ -140,15 +141,17 @@ class RendererProcess:
         self.close()
 
 
-def _check(image: Images, shape: tuple[int, ...]) -> None:
-    """Refuse what is no image of that shape."""
+def _check(image: Images, bounces: Sequence[int], scene: Scene) -> None:
+    """Refuse what is no image of these bounces of the scene."""
+    shape = (len(bounces), *scene.shape)
     if image.shape != shape:
         raise RendererFailed(
-            f"returned an image of shape {image.shape}, expected {shape}: (bounces + 1, height, width, channels)"
+            f"returned an image of shape {image.shape}, expected {shape}: (bounces, height, width, channels)"
         )
-    if not np.isfinite(image).all():
-        k, row, column, _ = np.argwhere(~np.isfinite(image))[0]
-        count = int((~np.isfinite(image)).sum())
+    wrong = ~np.isfinite(image)
+    if wrong.any():
+        row, y, x, _ = np.argwhere(wrong)[0]
         raise RendererFailed(
-            f"returned {count} values that are not finite, the first in bounce {k}, row {row}, column {column}"
+            f"returned {wrong.sum()} values that are not finite, the first in bounce {bounces[row]}, "
+            f"row {y}, column {x}"
         )

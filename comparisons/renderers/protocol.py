@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -44,17 +45,18 @@ class Renderer(Protocol):
     def version(self) -> str:
         """Of the renderer itself, as its authors number it."""
 
-    def render(self, scene: Scene, bounces: int, spp: int, seed: int) -> Images:
-        """Estimate E, TE, …, TⁿE, n = ``bounces``.
+    def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
+        """Estimate TᵏE for the bounces k that are asked for.
 
         Args:
             scene: what to render; the sensor says at which resolution.
-            bounces: the last bounce.
+            bounces: ascending. A renderer may make more than these, if that costs it nothing.
             spp: samples per pixel.
             seed: different seeds give independent images, the same seed the same one.
 
         Returns:
-            ``(bounces + 1, height, width, channels)``: row 0 at the top, scene-linear, unclamped.
+            One image per bounce asked for, ``(len(bounces), height, width, channels)``: row 0 at the top,
+            scene-linear, unclamped.
 
         Raises:
             Unsupported: naming the feature that is missing.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib.metadata import version
 
 from comparisons.renderers.protocol import Images
@@ -19,6 +20,6 @@ class ReferenceRenderer:
         """Of this project."""
         return version("lightproof")
 
-    def render(self, scene: Scene, bounces: int, spp: int, seed: int) -> Images:
+    def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
         """Every bounce from one walk; see the protocol."""
-        return render(scene, bounces, spp, seed, self._strategy)
+        return render(scene, max(bounces), spp, seed, self._strategy)[list(bounces)]

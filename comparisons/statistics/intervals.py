@@ -38,18 +38,16 @@ def alpha_of_look(alpha: float, look: int) -> float:
 
 @dataclass(frozen=True)
 class Biases:
-    """Relative biases with their intervals; every array is ``(regions, bounces + 1, channels)``.
+    """Relative biases of one bounce with their intervals; every array is ``(regions, channels)``.
 
     Attributes:
         bias: (mean − truth) / denominator.
-        denominator: see ``denominators``.
         error: its standard error.
         own: half the width of each interval by itself.
         simultaneous: half the width of intervals that hold together.
     """
 
     bias: Array
-    denominator: Array
     error: Array
     own: Array
     simultaneous: Array
@@ -59,14 +57,14 @@ class Biases:
         """The |bias| that would have failed a tolerance of 0 with 90 % power: (q + 1.28) standard errors."""
         return self.simultaneous + _POWER_90 * self.error
 
-    def inside(self, tolerance: Array, shift: Array | float = 0.0) -> NDArray[np.bool_]:
-        """Where the own interval of the bias, less ``shift``, lies inside ± tolerance."""
-        inside: NDArray[np.bool_] = np.abs(self.bias - shift) + self.own <= tolerance
+    def inside(self, tolerance: Array, center: float = 0.0) -> NDArray[np.bool_]:
+        """Where the own interval lies inside center ± tolerance."""
+        inside: NDArray[np.bool_] = np.abs(self.bias - center) + self.own <= tolerance
         return inside
 
-    def outside(self, tolerance: Array, shift: Array | float = 0.0) -> NDArray[np.bool_]:
-        """Where the simultaneous interval of the bias, less ``shift``, lies outside ± tolerance."""
-        outside: NDArray[np.bool_] = np.abs(self.bias - shift) - self.simultaneous > tolerance
+    def outside(self, tolerance: Array, center: float = 0.0) -> NDArray[np.bool_]:
+        """Where the simultaneous interval lies outside center ± tolerance."""
+        outside: NDArray[np.bool_] = np.abs(self.bias - center) - self.simultaneous > tolerance
         return outside
 
 
@@ -84,25 +82,28 @@ def denominators(truth: Array) -> Array:
     return np.where(image > 0, floor, np.where(whole_sum > 0, whole_sum, 1.0))
 
 
-def biases(replicates: Moments, truth: Array, truth_error: Array, alpha: float) -> Biases:
-    """Intervals for the relative bias of each region, bounce and channel.
+def biases(
+    replicates: Moments, truth: Array, truth_error: Array, denominator: Array, alpha: float, family: int
+) -> Biases:
+    """Intervals for the relative bias of each region and channel of one bounce.
 
     Args:
-        replicates: moments of means over regions, at least two of them, ``(regions, bounces + 1, channels)``.
+        replicates: moments of means over regions, at least two of them, ``(regions, channels)``.
         truth, truth_error: the truth's means and standard errors, of the same shape.
+        denominator: what biases are relative to, of the same shape; see ``denominators``.
         alpha: of this look.
+        family: how many intervals hold together: regions × bounces × channels.
     """
-    D, s = denominators(truth), replicates.standard_error
+    s = replicates.standard_error
     with np.errstate(divide="ignore", invalid="ignore"):
-        g = np.where(truth == D, replicates.mean / truth, 1.0)
+        g = np.where(denominator == truth, replicates.mean / truth, 1.0)
         variance = s**2 + (truth_error * g) ** 2
         freedom = (replicates.count - 1) * variance**2 / s**4
     freedom = np.where(s > 0, freedom, np.inf)
-    error = np.sqrt(variance) / D
+    error = np.sqrt(variance) / denominator
     return Biases(
-        bias=(replicates.mean - truth) / D,
-        denominator=D,
+        bias=(replicates.mean - truth) / denominator,
         error=error,
         own=stats.t.isf(alpha / 2, freedom) * error,
-        simultaneous=stats.t.isf(alpha / 2 / truth.size, freedom) * error,
+        simultaneous=stats.t.isf(alpha / 2 / family, freedom) * error,
     )

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from comparisons import campaign, renderers
-from comparisons.campaign import Settings
 from comparisons.renderers import process
 from comparisons.results import Comparison
+from comparisons.settings import Settings
 from scenes import library
 
 _FILE = Path(__file__).with_name("wrong_renderers.py")

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from comparisons import campaign, known
-from comparisons.campaign import Settings
 from comparisons.results import Comparison
+from comparisons.settings import Settings
 from scenes import UnknownNameError, library
 from scenes.formats import exr
 
@@ -29,6 +29,12 @@ def passed(comparison: Comparison) -> list[int]:
 @pytest.mark.parametrize("case", ["furnace-box", "furnace-sphere", "integrating-sphere"])
 def test_the_way_faults_are_planted_is_sound(compare: Compare, wrong: Any, case: str) -> None:
     assert compare(case, "wrong:right").verdict == "pass"
+
+
+@pytest.mark.parametrize("case", ["furnace-box", "integrating-sphere"])
+def test_the_reference_tracer_passes_at_a_fifth_of_a_percent(compare: Compare, case: str) -> None:
+    comparison = compare(case, "reference", tolerance=0.002)
+    assert passed(comparison) == [0, 1, 2, 3, 4, 5]
 
 
 @pytest.mark.parametrize(
@@ -112,12 +118,22 @@ def test_a_budget_too_small_is_inconclusive_and_says_what_it_could_have_seen(
 
 
 def test_looks_double_until_all_is_clear(compare: Compare) -> None:
-    comparison = compare("integrating-sphere", "reference", tolerance=0.004, tile_tolerance=0.02)
+    comparison = compare("integrating-sphere", "reference", tolerance=0.002, tile_tolerance=0.01)
     assert comparison.verdict == "pass"
-    assert [look.replicates for look in comparison.looks] == [32 * 2**j for j in range(len(comparison.looks))]
-    assert comparison.looks[-1].open_bounces == []
-    spent = sum(look.alpha for look in comparison.looks)
-    assert spent < comparison.alpha
+    looks = comparison.looks
+    assert [look.replicates for look in looks] == [32 * 2**j for j in range(len(looks))]
+    assert looks[-1].open_bounces == []
+    assert sum(look.alpha for look in looks) < comparison.alpha
+
+
+def test_samples_go_to_the_bounces_that_are_open(compare: Compare) -> None:
+    comparison = compare("integrating-sphere", "reference", tolerance=0.002, tile_tolerance=0.01)
+    by_count = {b.replicates: b for b in comparison.bounces}
+    assert len(by_count) > 1, "all bounces were decided at once: tighten the tolerance"
+    for look in comparison.looks:
+        decided = [b.bounce for b in comparison.bounces if b.replicates <= look.replicates]
+        assert sorted(decided + look.open_bounces) == list(range(6))
+    assert comparison.replicates == max(by_count)
 
 
 def test_the_images_are_written(compare: Compare, tmp_path: Path) -> None:

@@ -16,7 +16,9 @@ def test_the_image_of_a_seed_does_not_depend_on_who_made_it() -> None:
     images = []
     for jobs in (1, 3):
         with Crew(jobs) as crew:
-            futures = [crew.render("reference:mis", SCENE, 2, 4, seed, timeout=60) for seed in range(6)]
+            futures = [
+                crew.render("reference:mis", SCENE, [0, 1, 2], 4, seed, timeout=60) for seed in range(6)
+            ]
             images.append(np.array([future.result() for future in futures]))
     np.testing.assert_array_equal(*images)
     assert len({image.tobytes() for image in images[0]}) == 6
@@ -25,12 +27,12 @@ def test_the_image_of_a_seed_does_not_depend_on_who_made_it() -> None:
 def test_a_process_that_failed_is_replaced(wrong: Any) -> None:
     with Crew(1) as crew:
         with pytest.raises(RendererFailed):
-            crew.render("wrong:leave", SCENE, 1, 1, 0, timeout=60).result()
-        assert crew.render("wrong:right", SCENE, 1, 1, 0, timeout=60).result().shape == (2, 8, 8, 3)
+            crew.render("wrong:leave", SCENE, [0, 1], 1, 0, timeout=60).result()
+        assert crew.render("wrong:right", SCENE, [0, 1], 1, 0, timeout=60).result().shape == (2, 8, 8, 3)
 
 
 def test_leaving_ends_what_is_still_at_work(wrong: Any) -> None:
     with Crew(2) as crew:
-        futures = [crew.render("wrong:hang", SCENE, 1, 1, seed, timeout=600) for seed in range(2)]
-        crew.render("wrong:hang", SCENE, 1, 1, 3, timeout=600)
+        futures = [crew.render("wrong:hang", SCENE, [0, 1], 1, seed, timeout=600) for seed in range(2)]
+        crew.render("wrong:hang", SCENE, [0, 1], 1, 3, timeout=600)
     assert all(isinstance(future.exception(), RendererFailed) for future in futures)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from comparisons.known import Deviation
 from comparisons.regions import Regions
 from comparisons.results import BounceResult
 from comparisons.statistics.intervals import Biases
-from comparisons.verdict import judge, overall
+from comparisons.verdict import Measured, judge, overall
 from scenes import Tolerance
 
 REGIONS = Regions.of(16, 16, (4, 4))
@@ -32,22 +33,29 @@ def entry(bias: float, within: float = 0.002) -> Deviation:
     )
 
 
-def verdicts(
+def verdict(
     bias: float, half: float, *, region: int = 0, known: Deviation | None = None, enough: bool = True
-) -> list[BounceResult]:
-    """Two bounces of three channels; one region of bounce 1, channel G, is off, or all if region is 0."""
-    shape = (17, 2, 3)
-    b = np.zeros(shape)
-    b[region if region else slice(None), 1, 1] = bias
-    intervals = Biases(
-        bias=b,
-        denominator=np.ones(shape),
-        error=np.full(shape, half / 4),
-        own=np.full(shape, half),
-        simultaneous=np.full(shape, 1.3 * half),
+) -> BounceResult:
+    """Bounce 1 of three channels; one tile is off in channel G, or all regions if region is 0."""
+    b = np.zeros((17, 3))
+    b[region if region else slice(None), 1] = bias
+    return judged(b, half, known, enough)
+
+
+def judged(b: np.ndarray, half: float, known: Deviation | None, enough: bool = True) -> BounceResult:
+    full = partial(np.full, b.shape)
+    biases = Biases(bias=b, error=full(half / 4), own=full(half), simultaneous=full(1.3 * half))
+    measured = Measured(
+        bounce=1,
+        biases=biases,
+        mean=1 + b,
+        truth=full(1.0),
+        denominator=full(1.0),
+        replicates=32,
+        spp=64,
+        enough=enough,
     )
-    ones = np.ones(shape)
-    return judge(intervals, ones + b, ones, TOLERANCE, REGIONS, {1: known} if known else {}, enough)
+    return judge(measured, TOLERANCE, REGIONS, known)
 
 
 @pytest.mark.parametrize(
@@ -63,39 +71,38 @@ def verdicts(
     ],
 )
 def test_whole_image(bias: float, half: float, expected: str) -> None:
-    untouched, judged = verdicts(bias, half)
-    assert judged.verdict == expected
-    assert judged.decided_by == "image"
-    assert untouched.verdict == ("pass" if half <= 0.005 else "inconclusive")
+    found = verdict(bias, half)
+    assert found.verdict == expected
+    assert found.decided_by == "image"
 
 
 @pytest.mark.parametrize(("bias", "expected"), [(0.01, "pass"), (0.019, "inconclusive"), (0.03, "fail")])
 def test_a_single_tile_decides(bias: float, expected: str) -> None:
-    _, judged = verdicts(bias, 0.004, region=7)
-    assert judged.verdict == expected
-    assert judged.decided_by == ("image" if expected == "pass" else "tile")
-    assert (judged.worst_tile.place.row, judged.worst_tile.place.column) == (1, 2)
-    assert judged.worst_tile.channel == "G"
-    assert judged.worst_tile.bias == pytest.approx(bias)
+    found = verdict(bias, 0.004, region=7)
+    assert found.verdict == expected
+    assert found.decided_by == ("image" if expected == "pass" else "tile")
+    assert (found.worst_tile.place.row, found.worst_tile.place.column) == (1, 2)
+    assert found.worst_tile.channel == "G"
+    assert found.worst_tile.bias == pytest.approx(bias)
 
 
 def test_the_worst_channel_is_shown_and_all_are_listed() -> None:
-    _, judged = verdicts(0.016, 0.004)
-    assert judged.channel == "G"
-    assert [c.bias for c in judged.channels] == pytest.approx([0, 0.016, 0])
-    assert judged.interval == pytest.approx((0.012, 0.020))
+    found = verdict(0.016, 0.004)
+    assert found.channel == "G"
+    assert [c.bias for c in found.channels] == pytest.approx([0, 0.016, 0])
+    assert found.interval == pytest.approx((0.012, 0.020))
 
 
 def test_detectable_bias_and_resolution() -> None:
-    _, judged = verdicts(0.0, 0.004)
-    assert judged.resolution == pytest.approx(1.3 * 0.004 + 1.2816 * 0.001, abs=1e-6)
-    assert judged.detectable_bias == pytest.approx(0.01 + judged.resolution)
-    assert judged.worst_tile.detectable_bias == pytest.approx(0.02 + judged.resolution)
+    found = verdict(0.0, 0.004)
+    assert found.resolution == pytest.approx(1.3 * 0.004 + 1.2816 * 0.001, abs=1e-6)
+    assert found.detectable_bias == pytest.approx(0.01 + found.resolution)
+    assert found.worst_tile.detectable_bias == pytest.approx(0.02 + found.resolution)
 
 
 @pytest.mark.parametrize(("bias", "half"), [(0.0, 0.001), (0.5, 0.001)])
 def test_too_few_replicates_decide_nothing(bias: float, half: float) -> None:
-    assert {b.verdict for b in verdicts(bias, half, enough=False)} == {"inconclusive"}
+    assert verdict(bias, half, enough=False).verdict == "inconclusive"
 
 
 @pytest.mark.parametrize(
@@ -111,23 +118,19 @@ def test_too_few_replicates_decide_nothing(bias: float, half: float) -> None:
     ],
 )
 def test_known_deviations(measured: float, half: float, expected: str, state: str) -> None:
-    _, judged = verdicts(measured, half, known=entry(0.05))
-    assert judged.verdict == expected
-    assert judged.known is not None
-    assert judged.known.state == state
-    assert judged.known.declared_bias == 0.05
+    found = verdict(measured, half, known=entry(0.05))
+    assert found.verdict == expected
+    assert found.known is not None
+    assert found.known.state == state
+    assert found.known.declared_bias == 0.05
 
 
 def test_a_new_fault_in_a_tile_is_not_covered_by_a_declaration() -> None:
     """The whole image deviates as declared, but one tile by far more."""
-    shape = (17, 2, 3)
-    b = np.full(shape, 0.05)
-    b[:, 0] = 0
-    b[3, 1, 0] = 0.12
-    small = np.full(shape, 0.0005)
-    intervals = Biases(bias=b, denominator=np.ones(shape), error=small / 4, own=small, simultaneous=small)
-    _, judged = judge(intervals, 1 + b, np.ones(shape), TOLERANCE, REGIONS, {1: entry(0.05)}, True)
-    assert judged.verdict == "fail"
+    b = np.full((17, 3), 0.05)
+    assert judged(b, 0.0005, entry(0.05)).verdict == "known"
+    b[3, 0] = 0.12
+    assert judged(b, 0.0005, entry(0.05)).verdict == "fail"
 
 
 @pytest.mark.parametrize(

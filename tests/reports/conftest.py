@@ -47,6 +47,8 @@ def bounce(k: int, verdict: Any, bias: float = 0.0, *, truth: float = 0.5, **cha
         "tile_tolerance": 0.05,
         "detectable_bias": 0.0142,
         "resolution": 0.0042,
+        "replicates": 64,
+        "spp": 1024,
         "channels": [
             ChannelResult(
                 channel=name,

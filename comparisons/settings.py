@@ -1,0 +1,51 @@
+"""How to validate, and who wants to see it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from comparisons.known import Deviation
+from comparisons.results import Comparison
+
+DEFAULT_BUDGET = 60.0
+DEFAULT_ALPHA = 1e-3
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to validate. What is None is left to the case.
+
+    Attributes:
+        bounces: the last bounce.
+        tolerance, tile_tolerance: relative, for all bounces.
+        size: (width, height) in pixels.
+        alpha: probability of a wrong verdict in a comparison.
+        budget: seconds per case × renderer.
+        seed: of the user.
+        jobs: processes that render at the same time.
+        known: declared deviations.
+    """
+
+    bounces: int | None = None
+    tolerance: float | None = None
+    tile_tolerance: float | None = None
+    size: tuple[int, int] | None = None
+    alpha: float = DEFAULT_ALPHA
+    budget: float = DEFAULT_BUDGET
+    seed: int = 0
+    jobs: int = 1
+    known: tuple[Deviation, ...] = ()
+
+
+class Observer(Protocol):
+    """Who wants to see how a run goes on."""
+
+    def started(self, case: str, renderer: str) -> None:
+        """A comparison begins."""
+
+    def progressed(self, share: float, message: str) -> None:
+        """So much of its budget is used; the message says what is done or what is still open."""
+
+    def finished(self, comparison: Comparison) -> None:
+        """A comparison has its verdict."""
