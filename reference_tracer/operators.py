@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from reference_tracer.emission import Emitters
 from reference_tracer.propagation import Points, RayCaster
-from reference_tracer.reflection import Lambertian
+from reference_tracer.reflection import LambertianBSDF
 from reference_tracer.sensing import camera_rays
 from scenes import Scene
 
@@ -101,7 +101,7 @@ def reflection(scene: Scene, rng: np.random.Generator, samples: int = 1) -> Oper
 
     One sample makes a path of a power of T. Every evaluation of the field draws new ones.
     """
-    bsdf = Lambertian(scene)
+    bsdf = LambertianBSDF(scene)
 
     def R(Li: Field) -> Field:
         def Lo(x: Points, v: Array) -> Array:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from reference_tracer import sampling
 from reference_tracer.emission import Emitters
 from reference_tracer.propagation import NOWHERE, Points, RayCaster
-from reference_tracer.reflection import Lambertian
+from reference_tracer.reflection import LambertianBSDF
 from reference_tracer.sensing import camera_rays
 from scenes import Scene
 
@@ -91,7 +91,7 @@ class RandomWalk:
 
     def __init__(self, scene: Scene, strategy: Strategy) -> None:
         self.scene, self.strategy = scene, strategy
-        self.cast, self.emitters, self.bsdf = RayCaster(scene), Emitters(scene), Lambertian(scene)
+        self.cast, self.emitters, self.bsdf = RayCaster(scene), Emitters(scene), LambertianBSDF(scene)
 
     def __call__(self, pixels: NDArray[np.intp], bounces: int, rng: np.random.Generator) -> Array:
         """One walk through each pixel given: its estimates of every TᵏE, ``(bounces + 1, channels, n)``."""

@@ -15,7 +15,7 @@ from scenes import Scene
 Array = NDArray[np.float64]
 
 
-class Lambertian:
+class LambertianBSDF:
     """f = albedo / π on the front, 0 on the back (Lambert 1760)."""
 
     def __init__(self, scene: Scene) -> None:

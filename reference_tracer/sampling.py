@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 def stream(seed: int, *place: int) -> np.random.Generator:
     """A random stream that depends on the seed and on its place (block, replicate …) and on nothing else."""
     # SFC64 is the fastest of NumPy's bit generators; SeedSequence makes streams of nearby seeds independent
-    return np.random.Generator(np.random.SFC64(np.random.SeedSequence((seed, *place))))
+    return np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=place)))
 
 
 def square_to_cosine_hemisphere(u: Array) -> Array:

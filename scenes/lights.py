@@ -37,9 +37,12 @@ class PolarRange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def fraction(self) -> float:
-        """The zone's share of the area of the sphere, (cos low − cos high) / 2 (Archimedes)."""
-        smaller, larger = self.cosines
-        return (larger - smaller) / 2
+        """The zone's share of the area of the sphere, (cos low − cos high) / 2 (Archimedes).
+
+        As a product of sines, so that a narrow zone does not cancel.
+        """
+        low, high = math.radians(self.low), math.radians(self.high)
+        return math.sin((high + low) / 2) * math.sin((high - low) / 2)
 
 
 class AreaLight(msgspec.Struct, frozen=True, tag_field="type", tag="area", forbid_unknown_fields=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -12,13 +12,15 @@ T = TypeVar("T")
 class UnknownNameError(LookupError):
     """A name that nothing has; its message names the nearest ones."""
 
-    def __init__(self, kind: str, name: str, known: Mapping[str, object]) -> None:
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        known = tuple(known)
         nearest = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
         hint = f"did you mean {' or '.join(nearest)}?" if nearest else f"there are {', '.join(sorted(known))}"
-        super().__init__(f"no {kind} is called {name!r}: {hint}")
+        super().__init__(kind, name, known)  # all of them, so that it survives the way out of a process
+        self._message = f"no {kind} is called {name!r}: {hint}"
 
     def __str__(self) -> str:
-        return str(self.args[0])
+        return self._message
 
 
 def look_up(kind: str, name: str, known: Mapping[str, T]) -> T:

@@ -142,11 +142,16 @@ def box(
     Args:
         name: what the six names begin with.
         center: of the box, world coordinates.
-        half_edges: three vectors from the centre to the middle of the right, top and front face, right-handed.
+        half_edges: three vectors from the centre to the middle of the right, top and front face.
         material, emission: of all six.
         inward: normals point into the box, as in a room.
+
+    Raises:
+        SceneError: the half edges are not right-handed: every face would be turned over.
     """
     c, axes = np.asarray(center, dtype=float), np.asarray(half_edges, dtype=float)
+    if not np.linalg.det(axes) > 0:
+        raise SceneError("box.half_edges", half_edges, "three right-handed vectors that span a volume")
     faces = []
     for i, face in enumerate(_BOX_FACES):
         axis, outward = i // 2, 1 if i % 2 else -1
