@@ -49,17 +49,18 @@ class MitsubaRenderer:
     def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
         """Coupled differences of depths, averaged over one-sample renders; see the protocol.
 
-        Mitsuba numbers the streams of pixels by pixel + seed × pixels, modulo 2³²: consecutive seeds share
-        none until these run out, after 2³² / pixels samples.
+        Mitsuba's scalar sampler starts the stream of a pixel at the state pixel + seed × pixels, modulo 2³².
+        Streams of consecutive states begin alike: with consecutive seeds, a sample each, the errors of TE form
+        a lattice over the image. So seeds are drawn at random; now and then one comes twice, which does no
+        harm.
         """
         mi_scene = self._load(scene)
         depths = sorted({d for k in bounces for d in (k, k + 1)} - {0})  # depth 0 holds nothing
         paths = {d: self._path(d) for d in depths}
         height, width, _ = scene.shape
-        streams = 2**32 // (height * width)
+        streams = np.random.default_rng(seed).integers(2**32 // (height * width), size=spp)
         total = np.zeros((len(bounces), *scene.shape))
-        for i in range(spp):
-            stream = (seed * spp + i) % streams
+        for stream in map(int, streams):
             partial_sums = {0: np.zeros(scene.shape)} | {
                 d: np.array(self._mi.render(mi_scene, integrator=path, spp=1, seed=stream), dtype=np.float64)
                 for d, path in paths.items()
