@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from comparisons.comparison import Comparing
+from comparisons.comparison import Comparing, failed
 from comparisons.crew import Crew
-from comparisons.renderers import canonical
+from comparisons.renderers import RendererError, canonical
 from comparisons.results import Comparison
 from comparisons.settings import Observer, Settings
 from comparisons.truth import truth_of
@@ -18,8 +18,8 @@ from scenes.formats import exr
 
 def run(
     cases: Sequence[Case], renderers: Sequence[str], settings: Settings, folder: Path, observer: Observer
-) -> list[Comparison]:
-    """Compare; images go to ``folder/images``, one folder per case.
+) -> Iterator[Comparison]:
+    """Compare, one after the other; images go to ``folder/images``, one folder per case.
 
     Raises:
         UnknownNameError: there is no renderer of that name. Nothing has been rendered then.
@@ -27,13 +27,9 @@ def run(
     """
     for name in renderers:
         canonical(name)
-    comparisons: list[Comparison] = []
     with Crew(settings.jobs) as crew:
         for case in cases:
-            comparisons += _against_all(
-                _adjusted(case, settings), renderers, settings, folder, crew, observer
-            )
-    return comparisons
+            yield from _against_all(_adjusted(case, settings), renderers, settings, folder, crew, observer)
 
 
 def _adjusted(case: Case, settings: Settings) -> Case:
@@ -54,16 +50,17 @@ def _against_all(
 ) -> Iterator[Comparison]:
     """The truth once, then every renderer against it."""
     observer.started(case.name, renderers[0])
-    truth = truth_of(
-        case,
-        case.scene,
-        case.bounces,
-        settings.jobs,
-        lambda share: observer.progressed(share, "estimating the truth"),
-    )
     images = folder / "images" / case.name
     images.mkdir(parents=True, exist_ok=True)
-    exr.write_bounces(images / "truth.exr", truth.mean, truth.stderr)
+    try:
+        truth = truth_of(case, crew, lambda share: observer.progressed(share, "estimating the truth"))
+        exr.write_bounces(images / "truth.exr", truth.mean, truth.stderr)
+    except (RendererError, exr.ImageError, OSError) as error:
+        for renderer in renderers:
+            comparison = failed(case, renderer, settings, RendererError(f"there is no truth: {error}"))
+            observer.finished(comparison)
+            yield comparison
+        return
     for i, renderer in enumerate(renderers):
         if i:
             observer.started(case.name, renderer)

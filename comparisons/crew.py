@@ -24,8 +24,8 @@ class Crew:
         self.jobs = jobs
         self._pool = ThreadPoolExecutor(jobs)  # one thread waits for each process
         self._lock = threading.Lock()
-        self._idle: dict[str, list[RendererProcess]] = {}
-        self._all: set[RendererProcess] = set()
+        self._idle: list[RendererProcess] = []
+        self._busy: set[RendererProcess] = set()
         self._closed = False
 
     def render(
@@ -41,15 +41,19 @@ class Crew:
             RendererFailed: it can't be loaded.
         """
         process = self._take(name)
-        self._keep(name, process)
+        self._give_back(process)
         return process.version
 
     def dismiss(self, name: str) -> None:
-        """End the idle processes of a renderer that is not needed any more."""
+        """End the processes of a renderer that is not needed any more, whatever they are doing."""
         with self._lock:
-            idle = self._idle.pop(name, [])
-        for process in idle:
-            self._end(process)
+            for process in self._busy:
+                if process.name == name:
+                    process.kill()
+            ours = [process for process in self._idle if process.name == name]
+            self._idle = [process for process in self._idle if process.name != name]
+        for process in ours:
+            process.close()
 
     def _render(
         self, name: str, scene: Scene, bounces: Sequence[int], spp: int, seed: int, timeout: float
@@ -58,34 +62,35 @@ class Crew:
         try:
             image = process.render(scene, bounces, spp, seed, timeout)
         except Unsupported:
-            self._keep(name, process)
+            self._give_back(process)
             raise
         except BaseException:
-            self._end(process)
+            with self._lock:
+                self._busy.discard(process)
+            process.close()
             raise
-        self._keep(name, process)
+        self._give_back(process)
         return image
 
     def _take(self, name: str) -> RendererProcess:
         with self._lock:
-            if self._idle.get(name):
-                return self._idle[name].pop()
+            process = next((idle for idle in self._idle if idle.name == name), None)
+            if process is not None:
+                self._idle.remove(process)
+                self._busy.add(process)
+                return process
         process = RendererProcess(name)
         with self._lock:
             if not self._closed:
-                self._all.add(process)
+                self._busy.add(process)
                 return process
         process.close()  # the crew was sent home while this one was still on its way
         raise RendererFailed("the run was ended before it could begin")
 
-    def _keep(self, name: str, process: RendererProcess) -> None:
+    def _give_back(self, process: RendererProcess) -> None:
         with self._lock:
-            self._idle.setdefault(name, []).append(process)
-
-    def _end(self, process: RendererProcess) -> None:
-        process.close()
-        with self._lock:
-            self._all.discard(process)
+            self._busy.discard(process)
+            self._idle.append(process)
 
     def __enter__(self) -> Self:
         return self
@@ -95,8 +100,8 @@ class Crew:
     ) -> None:
         with self._lock:
             self._closed = True
-            for process in self._all:
+            for process in self._busy:
                 process.kill()
         self._pool.shutdown(wait=True, cancel_futures=True)
-        for process in list(self._all):
-            self._end(process)
+        for process in [*self._idle, *self._busy]:
+            process.close()

@@ -5,15 +5,17 @@
     renderer = "mitsuba:scalar_rgb"
     versions = "==3.9.*"
     bounces = [1, 2]
-    bias = [0.013, 0.015]             # relative, of the whole image, one per bounce
-    within = 0.002                    # it is known as long as it is this close to that
+    bias = [0.013, 0.015]             # relative, one per bounce
+    onwards = true                    # the last one holds for all later bounces too; left out: it does not
+    channels = ["R", "G"]             # which deviate; left out: all of them
+    within = 0.002                    # it is known as long as the whole image is this close to that
     tile_within = 0.01                # and every tile this close
     reason = "…"
     link = "https://…"
 
-A bounce whose deviation is measured to be the declared one has the verdict ``known``: every interval lies
-inside ± tolerance or inside declared ± ``within``. A larger one fails; one that has vanished passes, and the
-report asks for the entry to go.
+A bounce whose deviation is measured to be the declared one has the verdict ``known``: the intervals of the declared
+channels lie inside declared ± within, those of the others inside ± tolerance. Anything else fails, a smaller
+deviation as well as a larger one. One that has vanished passes, and the report asks for the entry to go.
 """
 
 from __future__ import annotations
@@ -44,9 +46,11 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     tile_within: float
     reason: str
     link: str
+    onwards: bool = False
+    channels: list[str] | None = None
 
     def __post_init__(self) -> None:
-        if len(self.bias) != len(self.bounces):
+        if not self.bounces or len(self.bias) != len(self.bounces):
             raise ValueError(
                 f"bias has {len(self.bias)} numbers, bounces has {len(self.bounces)}: expected as many"
             )
@@ -58,6 +62,12 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             SpecifierSet(self.versions)
         except InvalidSpecifier as error:
             raise ValueError(f"versions = {self.versions!r}: {error}") from None
+
+    def bias_of(self, bounce: int) -> float | None:
+        """The declared bias of a bounce, None if the entry does not speak of it."""
+        if bounce in self.bounces:
+            return self.bias[self.bounces.index(bounce)]
+        return self.bias[-1] if self.onwards and bounce > max(self.bounces) else None
 
 
 class _File(msgspec.Struct, forbid_unknown_fields=True):
@@ -78,8 +88,8 @@ def load(path: Path) -> list[Deviation]:
         raise KnownError(f"{path}: {error}") from error
 
 
-def declared(deviations: list[Deviation], case: str, renderer: str, version: str) -> dict[int, Deviation]:
-    """The entries that apply to a comparison, by bounce.
+def declared(deviations: list[Deviation], case: str, renderer: str, version: str) -> list[Deviation]:
+    """The entries that apply to a comparison; of two that speak of the same bounce, the later one counts.
 
     Args:
         deviations: all of them.
@@ -87,10 +97,9 @@ def declared(deviations: list[Deviation], case: str, renderer: str, version: str
         renderer: its full name.
         version: of the renderer.
     """
-    return {
-        bounce: entry
+    return [
+        entry
         for entry in deviations
         if (entry.case, entry.renderer) == (case, renderer)
         and SpecifierSet(entry.versions).contains(version, prereleases=True)
-        for bounce in entry.bounces
-    }
+    ]

@@ -32,8 +32,8 @@ class Regions:
         return cls(height, width, min(tiles[0], height), min(tiles[1], width))
 
     def _edges(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        y = np.linspace(0, self.height, self.rows + 1).astype(np.intp)
-        x = np.linspace(0, self.width, self.columns + 1).astype(np.intp)
+        y = np.arange(self.rows + 1) * self.height // self.rows
+        x = np.arange(self.columns + 1) * self.width // self.columns
         return y, x
 
     def means(self, images: Array) -> Array:

@@ -4,7 +4,8 @@
 views of it, and anyone can read it: the JSON Schema lies beside this file as ``results.schema.json``.
 
 All biases, intervals and tolerances are relative: a bias of 0.01 is one percent of the truth of its region.
-A region's denominator is max(its truth, 5 % of the mean of that bounce's image); see ``comparisons.verdict``.
+A region's denominator is max(its truth, 5 % of the mean of that bounce's image); see
+``comparisons.statistics.intervals``.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ SCHEMA_FILE = Path(__file__).with_name("results.schema.json")
 
 BounceVerdict = Literal["pass", "fail", "inconclusive", "known"]
 Verdict = Literal["pass", "fail", "inconclusive", "known", "unsupported", "error"]
+DeclarationState = Literal["confirmed", "changed", "vanished", "tolerated", "undecided"]
 Interval = tuple[float, float]
 
 
@@ -44,6 +46,7 @@ class ChannelResult(Struct, frozen=True, kw_only=True):
     denominator: Annotated[float, Meta(description="what bias and interval are relative to")]
     bias: float
     interval: Interval
+    simultaneous_interval: Interval
     standard_error: float
     detectable_bias: float
     resolution: float
@@ -56,6 +59,7 @@ class TileResult(Struct, frozen=True, kw_only=True):
     channel: str
     bias: float
     interval: Interval
+    simultaneous_interval: Interval
     detectable_bias: float
 
 
@@ -64,15 +68,23 @@ class KnownDeviation(Struct, frozen=True, kw_only=True):
 
     declared_bias: float
     state: Annotated[
-        Literal["confirmed", "changed", "vanished", "undecided"],
-        Meta(description="confirmed: measured to be what was declared; vanished: remove the entry"),
+        DeclarationState,
+        Meta(
+            description="confirmed: measured to be what was declared; changed: neither that nor nothing; "
+            "vanished: remove the entry; tolerated: the run's tolerance is too loose to tell; "
+            "undecided: too few samples to tell"
+        ),
     ]
     reason: str
     link: str
 
 
 class BounceResult(Struct, frozen=True, kw_only=True):
-    """One bounce: the numbers of the whole image in its worst channel, all channels, and the worst tile."""
+    """One bounce: the numbers of the whole image in its worst channel, all channels, and the worst tile.
+
+    ``interval`` decides a pass, ``simultaneous_interval`` a fail. ``detectable_bias`` and ``resolution`` are those
+    of the channel in which they are largest.
+    """
 
     bounce: int
     verdict: BounceVerdict
@@ -86,11 +98,13 @@ class BounceResult(Struct, frozen=True, kw_only=True):
     denominator: float
     bias: float
     interval: Interval
+    simultaneous_interval: Interval
     standard_error: float
     tolerance: float
     tile_tolerance: float
     detectable_bias: float
     resolution: float
+    look: Annotated[int, Meta(description="which look these numbers are from, 1 for the first")]
     replicates: int
     spp: Annotated[int, Meta(description="samples per pixel, over all replicates")]
     channels: list[ChannelResult]
@@ -117,7 +131,7 @@ class Images(Struct, frozen=True, kw_only=True):
 class Look(Struct, frozen=True, kw_only=True):
     """One interim analysis: after so many replicates and seconds, at this level, these bounces stayed open."""
 
-    replicates: int
+    replicates: Annotated[int, Meta(description="of the last bounce that was open; E has more")]
     seconds: float
     alpha: float
     open_bounces: list[int]
@@ -135,6 +149,7 @@ class Comparison(Struct, frozen=True, kw_only=True):
     replicates: Annotated[int, Meta(description="of the bounce that needed most")]
     bounces: list[BounceResult]
     title: str
+    derivation: Annotated[str, Meta(description="why the truth is what it is")]
     blind_to: Annotated[str, Meta(description="what this case can't reveal")]
     renderer_version: str
     truth_source: Annotated[
@@ -160,7 +175,7 @@ class Provenance(Struct, frozen=True, kw_only=True):
 
     date: Annotated[str, Meta(description="ISO 8601, UTC")]
     command_line: list[str]
-    versions: dict[str, str]
+    versions: Annotated[dict[str, str | None], Meta(description="null: not installed")]
     platform: str
     processors: int
     seed: int
@@ -189,9 +204,19 @@ def schema() -> dict[str, Any]:
 
 
 def write(results: Results, folder: Path) -> Path:
-    """Write ``results.json`` into the folder and return its path."""
-    path = folder / RESULTS_FILE
-    path.write_bytes(msgspec.json.format(msgspec.json.encode(results), indent=2) + b"\n")
+    """Write ``results.json`` into the folder and return its path.
+
+    Raises:
+        ResultsError: a number is NaN or infinite: JSON has none, and no reader could read it.
+    """
+    content = msgspec.json.encode(results)
+    try:
+        msgspec.json.decode(content, type=Results)
+    except msgspec.ValidationError as error:
+        raise ResultsError(f"a number that is not finite: {error}") from None
+    path, partial = folder / RESULTS_FILE, folder / f"{RESULTS_FILE}.partial"
+    partial.write_bytes(msgspec.json.format(content, indent=2) + b"\n")
+    partial.replace(path)  # a run that is killed leaves the file of the last comparison, whole
     return path
 
 

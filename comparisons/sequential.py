@@ -27,6 +27,12 @@ FIRST_LOOK = 2.0
 GRACE = 60.0
 """Seconds beyond the budget after which a renderer that gives no answer is stopped."""
 
+MORE_OF_E = 4
+"""How many replicates E gets for one of the other bounces."""
+
+MOST_SPP = 4096
+"""Of a replicate, for a renderer whose time does not depend on it."""
+
 _PILOT = 0.05  # seconds of rendering that are enough to foresee the time of more
 
 
@@ -51,8 +57,8 @@ class Job:
 
 
 def first_seed(seed: int) -> int:
-    """Where the seeds of replicates begin: far apart for different seeds of the user, below 2³¹."""
-    return int(np.random.SeedSequence(seed).generate_state(1)[0]) >> 1
+    """Where the seeds of replicates begin: anywhere in [2³⁰, 2³¹), so two of the user's seeds seldom overlap."""
+    return 2**30 + (int(np.random.SeedSequence(seed).generate_state(1)[0]) >> 2)
 
 
 class Sampler:
@@ -86,23 +92,34 @@ class Sampler:
         """Whether the budget is used up."""
         return self.seconds >= self._job.budget
 
-    def draw(self, bounces: Sequence[int], target: int) -> None:
-        """Draw replicates of these bounces until each has ``target`` of them, or the budget is used up.
+    @property
+    def replicates(self) -> int:
+        """Of the bounce that has most."""
+        return max(moments.count for moments in self.regions.values())
 
-        Two of them are drawn however small the budget: the least sample that has a spread to speak of.
+    def draw(self, bounces: Sequence[int], target: int) -> None:
+        """Draw until each of these bounces has ``target`` replicates, or the budget is used up.
+
+        E has ``MORE_OF_E`` times as many, and is drawn by itself: it costs one ray where the others cost
+        paths, and where an emitter is small, its edge needs the most samples of all.
 
         Raises:
             RendererError: see ``RendererProcess.render``.
         """
+        for group, count in (([0], target * MORE_OF_E), ([k for k in bounces if k > 0], target)):
+            wanted = [k for k in group if k in bounces]
+            if wanted:
+                self._draw(wanted, count)
+
+    def _draw(self, bounces: Sequence[int], target: int) -> None:
+        """Two replicates are drawn however small the budget: the least that has a spread to speak of."""
+        have = self.pixels[bounces[0]].count if bounces[0] in self.pixels else 0
         running: set[Future[Images]] = set()
-        missing = target - (self.pixels[bounces[0]].count if bounces[0] in self.pixels else 0)
         try:
             while True:
-                while (
-                    missing and len(running) < self._crew.jobs and (not self.exhausted or self._submitted < 2)
-                ):
+                while have < target and len(running) < self._crew.jobs and (have < 2 or not self.exhausted):
                     running.add(self._submit(bounces, self.spp, self._job.seed + self._submitted))
-                    self._submitted, missing = self._submitted + 1, missing - 1
+                    self._submitted, have = self._submitted + 1, have + 1
                 if not running:
                     return
                 done, running = wait(running, return_when=FIRST_COMPLETED)
@@ -129,11 +146,12 @@ class Sampler:
             start = time.monotonic()
             self._submit(bounces, spp, self._job.seed).result()
             elapsed = time.monotonic() - start
-            if elapsed > _PILOT or elapsed * 4 > budget / 8:
+            if elapsed > _PILOT or elapsed * 4 > budget / 8 or spp >= MOST_SPP:
                 break
             spp *= 4
         first_look = min(FIRST_LOOK, budget / 8)
-        return max(1, int(first_look * self._crew.jobs / MIN_REPLICATES * spp / elapsed))
+        wanted = int(first_look * self._crew.jobs / MIN_REPLICATES * spp / elapsed)
+        return min(max(1, wanted), MOST_SPP)
 
     def _submit(self, bounces: Sequence[int], spp: int, seed: int) -> Future[Images]:
         job = self._job

@@ -7,21 +7,26 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from functools import reduce
+from concurrent.futures import as_completed
 from importlib.metadata import version
-from operator import add
 from pathlib import Path
 
 import numpy as np
 import platformdirs
 
+from comparisons.crew import Crew
 from comparisons.statistics.moments import Moments
-from reference_tracer.random_walk import render
 from scenes import Case, Formula, Scene, Truth
 from scenes.formats import exr
 from scenes.library import case as find_case
+
+ESTIMATOR = "reference:mis"
+"""The renderer that estimates a truth. It can't be judged by its own work."""
+
+STAND_IN = "reference:nee"
+"""What is held against such a truth where the estimator is asked for."""
 
 BATCHES = 64
 """Independent replicates behind the standard error of an estimated truth."""
@@ -31,69 +36,83 @@ COMMITTED_BOUNCES = 6
 CACHED_SAMPLES = 4096 * 16384
 """Pixels × spp of a truth that is estimated on the fly: some ten times what a renderer makes in a default budget."""
 
-_SEED = 20_000_000  # far from the seeds that a validation draws, so that truth and tracer share no numbers
+_SEED = 20_000_000  # below all seeds that a validation draws, so that truth and renderer share no numbers
+_TIMEOUT = 24 * 3600.0
 
 Progress = Callable[[float], None]
 
 
-def truth_of(
-    case: Case, scene: Scene, bounces: int, jobs: int = 1, progress: Progress = lambda done: None
-) -> Truth:
-    """The answer of the case for a scene that differs from its own at most in resolution.
+def truth_of(case: Case, crew: Crew, progress: Progress = lambda done: None) -> Truth:
+    """The answer of the case, for its bounces and its scene's resolution.
 
-    An estimate without committed data for this resolution or bounce is made once and cached in the user's
-    cache directory.
+    An estimate without committed data for these is made once and cached in the user's cache directory.
 
     Raises:
         ValueError: the case has no answer for so many bounces.
+        RendererError: the estimator failed.
+        OSError: the cache can't be written.
     """
-    if case.max_bounces is not None and bounces > case.max_bounces:
-        raise ValueError(f"{case.name} has an answer for bounces 0 to {case.max_bounces}, not for {bounces}")
-    truth = case.answer.truth(scene, bounces)
+    if case.max_bounces is not None and case.bounces > case.max_bounces:
+        raise ValueError(
+            f"{case.name} has an answer for bounces 0 to {case.max_bounces}, not for {case.bounces}"
+        )
+    truth = case.answer.truth(case.scene, case.bounces)
     if truth is not None:
         return truth
-    key = hashlib.sha256(scene.to_json() + f"{bounces} {CACHED_SAMPLES}".encode()).hexdigest()[:16]
-    path = platformdirs.user_cache_path("lightproof", ensure_exists=True) / f"{case.name}-{key}.exr"
-    if not path.exists():
-        pixels = scene.sensor.width * scene.sensor.height
-        estimate(case, scene, bounces, max(BATCHES, CACHED_SAMPLES // pixels), jobs, path, progress)
+    height, width, _ = case.scene.shape
+    spp = max(BATCHES, CACHED_SAMPLES // (height * width))
+    path = _cache_path(case, spp)
+    try:
+        return Truth(*exr.read_bounces(path))
+    except exr.ImageError:  # there is none, or it is damaged
+        estimate(case.scene, case.bounces, spp, crew, path, progress)
     return Truth(*exr.read_bounces(path))
 
 
+def _cache_path(case: Case, spp: int) -> Path:
+    """Where the estimate is kept: by all that it depends on."""
+    what = (scene_hash(case.scene), case.bounces, spp, BATCHES, ESTIMATOR, _SEED, version("lightproof"))
+    key = hashlib.sha256(repr(what).encode()).hexdigest()[:16]
+    return platformdirs.user_cache_path("lightproof", ensure_exists=True) / f"{case.name}-{key}.exr"
+
+
+def scene_hash(scene: Scene) -> str:
+    """Tells whether data belongs to a scene."""
+    return hashlib.sha256(scene.to_json()).hexdigest()
+
+
 def estimate(
-    case: Case,
-    scene: Scene,
-    bounces: int,
-    spp: int,
-    jobs: int,
-    path: Path,
-    progress: Progress = lambda done: None,
+    scene: Scene, bounces: int, spp: int, crew: Crew, path: Path, progress: Progress = lambda done: None
 ) -> None:
-    """Estimate the truth with the reference tracer, strategy mis, and write it to a file.
+    """Estimate the truth and write it to a file.
 
     The mean is that of ``BATCHES`` independent renders, the standard error that of their spread.
     """
-    assert not isinstance(case.answer, Formula)
     total: Moments | None = None
-    with ProcessPoolExecutor(jobs) as pool:
-        batches = [
-            pool.submit(_batch, scene.to_json(), bounces, spp // BATCHES, _SEED + i) for i in range(BATCHES)
-        ]
-        for done, batch in enumerate(batches, start=1):
-            total = reduce(add, filter(None, [total, Moments.of(batch.result())]))
-            progress(done / BATCHES)
+    wanted, seeds = range(bounces + 1), range(_SEED, _SEED + BATCHES)
+    batches = [crew.render(ESTIMATOR, scene, wanted, spp // BATCHES, seed, _TIMEOUT) for seed in seeds]
+    try:
+        for batch in as_completed(batches):
+            moments = Moments.of(batch.result())
+            total = moments if total is None else total + moments
+            progress(total.count / BATCHES)
+    finally:
+        for batch in batches:
+            batch.cancel()
+        crew.dismiss(ESTIMATOR)
     assert total is not None
-    source = (
-        f"reference tracer {version('lightproof')}, strategy mis, {BATCHES} batches of {spp // BATCHES} spp, "
-        f"seeds {_SEED} to {_SEED + BATCHES - 1}"
-    )
-    partial = path.with_suffix(".partial.exr")  # a run that is cut short leaves no half a truth behind
-    exr.write_bounces(partial, total.mean, total.standard_error, {"lightproof:source": source})
+    partial = path.with_suffix(f".{os.getpid()}.exr")  # a run that is cut short leaves no half a truth behind
+    exr.write_bounces(partial, total.mean, total.standard_error, _header(scene, spp))
     partial.replace(path)
 
 
-def _batch(scene: bytes, bounces: int, spp: int, seed: int) -> exr.Images:
-    return render(Scene.from_json(scene), bounces, spp, seed, strategy="mis")
+def _header(scene: Scene, spp: int) -> dict[str, str]:
+    """How the data was made, and for which scene."""
+    made = f"{ESTIMATOR} of lightproof {version('lightproof')}, {BATCHES} batches of {spp // BATCHES} spp"
+    return {
+        "lightproof:source": f"{made}, seeds from {_SEED}",
+        "lightproof:scene": scene_hash(scene),
+    }
 
 
 def main() -> None:
@@ -101,7 +120,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m comparisons.truth", description=main.__doc__)
     parser.add_argument("case")
     parser.add_argument("--spp", type=int, required=True)
-    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args()
     case = find_case(options.case)
     if isinstance(case.answer, Formula):
@@ -111,7 +130,8 @@ def main() -> None:
     def show(done: float) -> None:
         print(f"\r{case.name}: {done:.0%}", end="", flush=True)
 
-    estimate(case, case.scene, COMMITTED_BOUNCES, options.spp, options.jobs, path, show)
+    with Crew(options.jobs) as crew:
+        estimate(case.scene, COMMITTED_BOUNCES, options.spp, crew, path, show)
     mean, stderr = exr.read_bounces(path)
     relative = np.sqrt((stderr**2).sum(axis=(1, 2))) / mean.sum(axis=(1, 2))
     print(f"\n{path}: relative standard error of the image mean, per bounce: {relative.max(axis=-1)}")

@@ -21,6 +21,7 @@ from comparisons.results import (
     BounceResult,
     BounceVerdict,
     ChannelResult,
+    DeclarationState,
     Interval,
     KnownDeviation,
     TileResult,
@@ -41,6 +42,7 @@ class Measured:
         bounce: which.
         biases: with their intervals, of this look.
         mean, truth, denominator: means over regions and what biases are relative to, ``(regions, channels)``.
+        look: which one this is, 1 for the first.
         replicates, spp: how many, and samples per pixel of all of them together.
         enough: whether that is as much as a verdict needs; if not, it is inconclusive.
     """
@@ -50,6 +52,7 @@ class Measured:
     mean: Array
     truth: Array
     denominator: Array
+    look: int
     replicates: int
     spp: int
     enough: bool
@@ -73,7 +76,9 @@ def judge(
     deviation = None
     if known is not None:
         verdict, deviation = _declared(measured, tolerances, verdict, known)
-    by_tile = measured.enough and inside[0].all() and verdict in ("fail", "inconclusive")
+    # what the image alone would have said
+    image = _decide(inside[0], outside[0]) if measured.enough else verdict
+    by_tile = verdict in ("fail", "inconclusive") and image != verdict
     return _result(measured, tolerances, regions, verdict, "tile" if by_tile else "image", deviation)
 
 
@@ -93,28 +98,28 @@ def _decide(inside: NDArray[np.bool_], outside: NDArray[np.bool_]) -> Literal["p
 def _declared(
     measured: Measured, tolerances: Array, plain: BounceVerdict, entry: Deviation
 ) -> tuple[BounceVerdict, KnownDeviation]:
-    """The verdict where a deviation was declared, and what became of the declaration.
+    """The verdict where a deviation was declared, and what became of the declaration."""
+    bias = entry.bias_of(measured.bounce)
+    assert bias is not None
 
-    A region may deviate as declared or not at all, since a deviation need not touch every channel and tile.
-    """
-    bias = entry.bias[entry.bounces.index(measured.bounce)]
-
-    def now(state: Literal["confirmed", "changed", "vanished", "undecided"]) -> KnownDeviation:
+    def now(state: DeclarationState) -> KnownDeviation:
         return KnownDeviation(declared_bias=bias, state=state, reason=entry.reason, link=entry.link)
 
-    if plain == "pass":
-        return "pass", now("vanished")
     if not measured.enough:
         return "inconclusive", now("undecided")
-    within = _per_region(measured, entry.within, entry.tile_within)
-    found = measured.biases
-    inside = found.inside(tolerances) | found.inside(within, center=bias)
-    outside = found.outside(tolerances) & found.outside(within, center=bias)
-    match _decide(inside, outside):
+    names = channel_names(measured.mean.shape[1])
+    deviates = np.array([entry.channels is None or name in entry.channels for name in names])
+    within = np.where(deviates, _per_region(measured, entry.within, entry.tile_within), tolerances)
+    center = np.where(deviates, bias, 0.0)
+    as_declared = _decide(measured.biases.inside(within, center), measured.biases.outside(within, center))
+    if plain == "pass":
+        # within a tolerance as loose as that, one can't tell a declared deviation from none
+        return "pass", now("vanished" if as_declared == "fail" else "tolerated")
+    match as_declared:
         case "pass":
             return "known", now("confirmed")
         case "fail":
-            return "fail", now("changed")
+            return plain, now("changed")
         case _:
             return "inconclusive", now("undecided")
 
@@ -144,11 +149,13 @@ def _result(
         denominator=worst.denominator,
         bias=worst.bias,
         interval=worst.interval,
+        simultaneous_interval=worst.simultaneous_interval,
         standard_error=worst.standard_error,
         tolerance=float(tolerances[0, 0]),
         tile_tolerance=float(tolerances[1, 0]),
-        detectable_bias=worst.detectable_bias,
-        resolution=worst.resolution,
+        detectable_bias=max(c.detectable_bias for c in channels),
+        resolution=max(c.resolution for c in channels),
+        look=measured.look,
         replicates=measured.replicates,
         spp=measured.spp,
         channels=channels,
@@ -165,7 +172,8 @@ def _channel(measured: Measured, c: int, tolerance: float) -> ChannelResult:
         mean=float(measured.mean[0, c]),
         denominator=float(measured.denominator[0, c]),
         bias=float(found.bias[0, c]),
-        interval=_interval(found, 0, c),
+        interval=_interval(found.bias[0, c], found.own[0, c]),
+        simultaneous_interval=_interval(found.bias[0, c], found.simultaneous[0, c]),
         standard_error=float(found.error[0, c]),
         detectable_bias=tolerance + float(found.resolution[0, c]),
         resolution=float(found.resolution[0, c]),
@@ -178,14 +186,14 @@ def _tile(measured: Measured, region: int, c: int, regions: Regions, tolerances:
         place=regions.place(region),
         channel=channel_names(found.bias.shape[1])[c],
         bias=float(found.bias[region, c]),
-        interval=_interval(found, region, c),
+        interval=_interval(found.bias[region, c], found.own[region, c]),
+        simultaneous_interval=_interval(found.bias[region, c], found.simultaneous[region, c]),
         detectable_bias=float(tolerances[region, 0] + found.resolution[region, c]),
     )
 
 
-def _interval(found: Biases, region: int, c: int) -> Interval:
-    bias, half = float(found.bias[region, c]), float(found.own[region, c])
-    return bias - half, bias + half
+def _interval(bias: np.float64, half: np.float64) -> Interval:
+    return float(bias - half), float(bias + half)
 
 
 def overall(verdicts: Iterable[Verdict]) -> Verdict:

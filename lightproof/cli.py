@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn
@@ -15,10 +16,10 @@ import reports
 from comparisons import known as known_deviations
 from comparisons.renderers import RENDERERS, SHORT_NAMES, RendererError, canonical
 from comparisons.renderers.process import RendererProcess
-from comparisons.results import ResultsError
+from comparisons.results import RESULTS_FILE, ResultsError
 from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
-from lightproof import terminal
-from lightproof.parameters import bounce_count, percent, size
+from lightproof import options, terminal
+from lightproof.parameters import check_bounces, percent, size
 from lightproof.validate import exit_status
 from lightproof.validate import validate as run_validation
 from scenes import Case, UnknownNameError, library
@@ -38,70 +39,34 @@ DEFAULT_RENDERERS = ["reference", "mitsuba"]
 RENDER_TIMEOUT = 24 * 3600.0
 """Seconds that a single image may take."""
 
-_Bounces = Annotated[
-    int | None, typer.Option(help="Last bounce: 0 is E, 1 direct light. Default: the case's.", min=0)
-]
-_Seed = Annotated[int, typer.Option(help="Different seeds give independent images.", min=0)]
-_Size = Annotated[str | None, typer.Option("--size", metavar="WxH", help="Resolution. Default: the case's.")]
-
 
 @app.command(
     epilog="Exit status: 0 nothing wrong, 1 fail, 2 wrong usage, 3 a renderer's error, 4 inconclusive, "
     "5 nothing could be compared."
 )
 def validate(
-    cases: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[CASE]...", help="See 'lightproof list cases'. Default: all."),
-    ] = None,
-    renderer: Annotated[
-        list[str] | None, typer.Option(help="May be given several times. Default: reference and mitsuba.")
-    ] = None,
-    bounces: _Bounces = None,
-    tolerance: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PERCENT", help="Largest bias of the whole image, such as 0.5%. Default: the case's."
-        ),
-    ] = None,
-    tile_tolerance: Annotated[
-        str | None,
-        typer.Option(metavar="PERCENT", help="The same for tiles, such as 2%. Default: the case's."),
-    ] = None,
-    alpha: Annotated[
-        float, typer.Option(help="Probability of a wrong verdict, per comparison.", min=1e-12, max=0.5)
-    ] = DEFAULT_ALPHA,
-    budget: Annotated[
-        float,
-        typer.Option(
-            metavar="SECONDS",
-            help="Time per case × renderer; less where the verdict is clear sooner.",
-            min=0.001,
-        ),
-    ] = DEFAULT_BUDGET,
-    size_text: _Size = None,
-    seed: _Seed = 0,
-    jobs: Annotated[
-        int | None,
-        typer.Option(help="Processes that render at the same time. Default: one per processor.", min=1),
-    ] = None,
-    known: Annotated[
-        str,
-        typer.Option(
-            metavar="FILE",
-            help="Declared deviations (TOML), besides the shipped ones; 'none' for none at all.",
-        ),
-    ] = "",
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for results.json, report.html, junit.xml and images.")
-    ] = DEFAULT_OUT,
+    cases: options.Cases = None,
+    renderer: options.Renderers = None,
+    bounces: options.Bounces = None,
+    tolerance: options.Tolerance = None,
+    tile_tolerance: options.TileTolerance = None,
+    alpha: options.Alpha = DEFAULT_ALPHA,
+    budget: options.Budget = DEFAULT_BUDGET,
+    size_text: options.Size = None,
+    seed: options.Seed = 0,
+    jobs: options.Jobs = None,
+    known: options.Known = "",
+    out: options.OutFolder = DEFAULT_OUT,
 ) -> None:
     """Hold renderers against cases whose every bounce is known; ends in a verdict per bounce and a report.
 
     Example: lightproof validate furnace-box cornell-box --renderer mitsuba --budget 60
     """
     chosen = [_case(name, bounces) for name in dict.fromkeys(cases or library.CASES)]
-    renderers = [_renderer(name) for name in dict.fromkeys(renderer or DEFAULT_RENDERERS)]
+    # the same renderer by two names is one
+    renderers = list({_renderer(name): name for name in reversed(renderer or DEFAULT_RENDERERS)}.values())[
+        ::-1
+    ]
     settings = Settings(
         bounces=bounces,
         tolerance=percent(tolerance, "--tolerance"),
@@ -113,16 +78,13 @@ def validate(
         jobs=jobs or os.cpu_count() or 1,
         known=tuple(_known(known)),
     )
-    if out.exists() and not out.is_dir():
-        raise typer.BadParameter(f"{out} is a file; expected a folder to write into", param_hint="--out")
+    _prepare(out)
     console = terminal.console()
-    try:
-        with terminal.Show(console, len(chosen) * len(renderers)) as show:
+    with terminal.Show(console, len(chosen) * len(renderers)) as show:
+        try:
             outcome = run_validation(chosen, renderers, settings, out, show)
-    except KeyboardInterrupt:
-        _stop("interrupted; nothing was written to results.json", 130)
-    except OSError as error:
-        raise typer.BadParameter(f"{error.filename}: {error.strerror}", param_hint="--out") from None
+        except KeyboardInterrupt:
+            _stop(f"interrupted; {show.done} of {show.total} comparisons are in {out}/results.json", 130)
     console.print(terminal.verdict_table(outcome))
     console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
     raise typer.Exit(exit_status(outcome))
@@ -132,27 +94,26 @@ def validate(
 def render(
     case: Annotated[str, typer.Argument(help="See 'lightproof list cases'.")],
     renderer: Annotated[str, typer.Option(help="See 'lightproof list renderers'.")] = "reference",
-    bounces: _Bounces = None,
-    spp: Annotated[int, typer.Option(help="Samples per pixel.", min=1)] = 64,
-    seed: _Seed = 0,
-    size_text: _Size = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE.exr", help="Default: CASE-RENDERER.exr.")] = None,
+    bounces: options.Bounces = None,
+    spp: options.Spp = 64,
+    seed: options.Seed = 0,
+    size_text: options.Size = None,
+    out: options.OutFile = None,
 ) -> None:
     """Render a case and write its bounces to an EXR file, a layer each.
 
     Example: lightproof render cornell-box --renderer mitsuba --spp 256 --out box.exr
     """
-    chosen, name = _case(case, bounces), canonical(_renderer(renderer))
-    resolution = size(size_text)
+    chosen, name, resolution = _case(case, bounces), _renderer(renderer), size(size_text)
     scene = chosen.scene.resized(*resolution) if resolution else chosen.scene
     path = out or Path(f"{case}-{renderer.replace(':', '-')}.exr")
+    if not path.resolve().parent.is_dir():
+        raise typer.BadParameter(f"{path}: there is no folder {path.parent}", param_hint="--out")
     console = terminal.console()
     last = chosen.bounces if bounces is None else bounces
+    status = console.status(f"{case} × {renderer}: bounces 0 to {last}, {spp} spp")
     try:
-        with (
-            console.status(f"{case} × {renderer}: bounces 0 to {last}, {spp} spp"),
-            RendererProcess(name) as process,
-        ):
+        with status, RendererProcess(name) as process:
             image = process.render(scene, range(last + 1), spp, seed, timeout=RENDER_TIMEOUT)
         exr.write_bounces(path, image)
     except KeyboardInterrupt:
@@ -167,7 +128,7 @@ def render(
 @app.command("list")
 def list_(
     what: Annotated[Literal["cases", "renderers"], typer.Argument(help="What to list.")],
-    as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """List the cases or the renderers there are."""
     rows = _cases() if what == "cases" else _renderers()
@@ -193,6 +154,18 @@ def report(
         _stop(str(error), 2)
     for path in written:
         typer.echo(path)
+
+
+def _prepare(out: Path) -> None:
+    """Make the folder; images of an earlier run go, so that the folder holds one run."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        if (out / RESULTS_FILE).exists():
+            shutil.rmtree(out / "images", ignore_errors=True)
+            (out / RESULTS_FILE).unlink()
+    except OSError as error:
+        message = f"{error.filename}: {error.strerror}; expected a folder that can be written"
+        raise typer.BadParameter(message, param_hint="--out") from None
 
 
 def _cases() -> list[dict[str, Any]]:
@@ -230,15 +203,16 @@ def _case(name: str, bounces: int | None) -> Case:
         case = library.case(name)
     except UnknownNameError as error:
         raise typer.BadParameter(str(error), param_hint="CASE") from None
-    return bounce_count(case, bounces)
+    check_bounces(case, bounces)
+    return case
 
 
 def _renderer(name: str) -> str:
+    """The full name."""
     try:
-        canonical(name)
+        return canonical(name)
     except UnknownNameError as error:
         raise typer.BadParameter(str(error), param_hint="--renderer") from None
-    return name
 
 
 def _known(file: str) -> list[known_deviations.Deviation]:

@@ -44,13 +44,12 @@ def size(text: str | None) -> tuple[int, int] | None:
     return int(match[1]), int(match[2])
 
 
-def bounce_count(case: Case, bounces: int | None) -> Case:
-    """The case, if its answer holds for so many bounces.
+def check_bounces(case: Case, bounces: int | None) -> None:
+    """Refuse more bounces than the answer of the case holds for.
 
     Raises:
-        typer.BadParameter: it does not.
+        typer.BadParameter: naming how many it has.
     """
     if bounces is not None and case.max_bounces is not None and bounces > case.max_bounces:
         message = f"{bounces}: the answer of {case.name} holds for bounces 0 to {case.max_bounces}"
         raise typer.BadParameter(message, param_hint="--bounces")
-    return case

@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from comparisons.results import BounceResult, Comparison, Results
+from reports.quantities import term
 
 _STYLE = {
     "pass": "green",
@@ -32,10 +33,15 @@ def console() -> Console:
 
 
 class Show:
-    """Shows a run as it goes on: bars on a terminal, a line per comparison elsewhere."""
+    """Shows a run as it goes on: bars on a terminal, a line per comparison elsewhere.
+
+    Attributes:
+        total, done: comparisons.
+    """
 
     def __init__(self, out: Console, total: int) -> None:
-        self._out, self._total, self._done, self._label = out, total, 0, ""
+        self.total, self.done = total, 0
+        self._out, self._label = out, ""
         self._bars = Progress(
             TextColumn("{task.description}"),
             BarColumn(bar_width=24),
@@ -49,7 +55,7 @@ class Show:
 
     def started(self, case: str, renderer: str) -> None:
         """Show which comparison begins."""
-        self._label = f"[{self._done + 1}/{self._total}] {case} × {renderer}"
+        self._label = f"[{self.done + 1}/{self.total}] {case} × {renderer}"
         self._bars.reset(self._bar, description=Text(self._label).markup, message="loading")
 
     def progressed(self, share: float, message: str) -> None:
@@ -58,12 +64,16 @@ class Show:
 
     def finished(self, comparison: Comparison) -> None:
         """Leave a line behind."""
-        self._done += 1
+        self.done += 1
         line = Text(f"{self._label}: ").append(comparison.verdict, _STYLE[comparison.verdict])
         line.append(f"  {comparison.seconds:.1f} s, {comparison.spp} spp")
         if comparison.message:
             line.append(f"  {comparison.message}")
         self._out.print(line, soft_wrap=True)
+        for note in comparison.notes:
+            self._out.print(f"      {note}", soft_wrap=True)
+        if self.done == self.total:
+            self._bars.update(self._bar, completed=1.0, message="writing the report")
 
     def __enter__(self) -> Self:
         self._bars.start()
@@ -83,7 +93,7 @@ def verdict_table(outcome: Results) -> Table:
         "case",
         "renderer",
         "verdict",
-        *(f"T{_superscript(k)}E" if k else "E" for k in range(bounces)),
+        *map(term, range(bounces)),
     ):
         table.add_column(heading, no_wrap=heading != "verdict")
     for comparison in outcome.comparisons:
@@ -104,7 +114,3 @@ def _cell(result: BounceResult) -> Text:
     half = (result.interval[1] - result.interval[0]) / 2
     tile = "t" if result.decided_by == "tile" else ""
     return Text(f"{100 * result.bias:+.2f}±{100 * half:.2f}{mark}{tile}", _STYLE[result.verdict])
-
-
-def _superscript(k: int) -> str:
-    return "" if k == 1 else str(k).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -8,12 +8,12 @@ import sys
 import time
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import reports
 from comparisons import campaign, results
-from comparisons.results import Provenance, Results, Verdict
+from comparisons.results import Comparison, Provenance, Results, Verdict
 from comparisons.sequential import first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.verdict import overall
@@ -42,15 +42,20 @@ def validate(
 
     Raises:
         UnknownNameError: there is no renderer of that name.
-        OSError: the folder can't be written.
     """
     start, date = time.monotonic(), datetime.now(UTC)
-    folder.mkdir(parents=True, exist_ok=True)
-    comparisons = campaign.run(cases, renderers, settings, folder, observer)
-    outcome = Results(
-        provenance=_provenance(settings, date, time.monotonic() - start), comparisons=comparisons
-    )
-    results.write(outcome, folder)
+    comparisons: list[Comparison] = []
+
+    def write() -> Results:
+        provenance = _provenance(settings, date, time.monotonic() - start)
+        outcome = Results(provenance=provenance, comparisons=comparisons)
+        results.write(outcome, folder)
+        return outcome
+
+    for comparison in campaign.run(cases, renderers, settings, folder, observer):
+        comparisons.append(comparison)
+        write()  # after each, so that a run that is cut short keeps what it has found
+    outcome = write()
     reports.render(folder)
     return outcome
 
@@ -64,7 +69,7 @@ def _provenance(settings: Settings, date: datetime, seconds: float) -> Provenanc
     return Provenance(
         date=date.isoformat(timespec="seconds"),
         command_line=[Path(sys.argv[0]).name, *sys.argv[1:]],
-        versions={"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
+        versions={"python": platform.python_version(), **{name: _version(name) for name in _PACKAGES}},
         platform=platform.platform(),
         processors=os.cpu_count() or 1,
         seed=settings.seed,
@@ -74,3 +79,10 @@ def _provenance(settings: Settings, date: datetime, seconds: float) -> Provenanc
         jobs=settings.jobs,
         seconds=seconds,
     )
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None

@@ -29,6 +29,9 @@ class Emitters:
         zones = [(s.emission and s.emission.polar_range) or PolarRange() for s in surfaces]
         self._zone_axes = np.array([zone.axis for zone in zones]).T
         self._zone_cosines = np.array([zone.cosines for zone in zones]).T
+        self._outward = np.array(
+            [-1 if isinstance(s.shape, Sphere) and s.shape.inward else 1 for s in surfaces]
+        )
         self._limited = np.array([zone.fraction < 1 for zone in zones] + [False])
 
         area = np.array([s.shape.area for s in surfaces]) * [zone.fraction for zone in zones]
@@ -59,8 +62,8 @@ class Emitters:
         return lit
 
     def _in_zone(self, points: Points) -> NDArray[np.bool_]:
-        inward = np.array([isinstance(s, Sphere) and s.inward for s in self._shapes])[points.surface]
-        cosine = np.einsum("in,in->n", points.n, self._zone_axes[:, points.surface]) * np.where(inward, -1, 1)
+        outward = points.n * self._outward[points.surface]
+        cosine = np.einsum("in,in->n", outward, self._zone_axes[:, points.surface])
         low, high = self._zone_cosines[:, points.surface]
         inside: NDArray[np.bool_] = (low <= cosine) & (cosine <= high)
         return inside

@@ -77,13 +77,9 @@ class Estimate:
 
     Attributes:
         file: an EXR file of bounce images beside the library.
-        renderer: the estimator, a renderer's name: it can't be judged by its own work.
-        stand_in: the renderer that is held against the data where the estimator is asked for.
     """
 
     file: str
-    renderer: str
-    stand_in: str
     kind: TruthKind = "estimated"
 
     @property

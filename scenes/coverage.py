@@ -39,17 +39,22 @@ def cone_coverage(cone: Array, axis: Array, sensor: Pinhole) -> Array:
     if (M @ np.append(center, 1)) @ axis <= 0:  # the nappe that is meant lies behind the camera
         return np.zeros((sensor.height, sensor.width))
 
-    rows, columns = np.arange(sensor.height, dtype=float), np.arange(sensor.width, dtype=float)
-    x0, y0 = np.broadcast_arrays(columns[None, :], rows[:, None])
-    kinks = np.clip(_kinks(q, x0, y0), y0, y0 + 1)
-    edges = np.sort(np.concatenate([kinks, [y0, y0 + 1]]), axis=0)
+    # row by row: at once, all pixels with all their nodes would take gigabytes
+    return np.stack([_row_coverage(q, float(y), sensor.width) for y in range(sensor.height)])
+
+
+def _row_coverage(q: Array, y0: float, width: int) -> Array:
+    """The share of each pixel of the row [y0, y0 + 1] that lies inside the ellipse, ``(width,)``."""
+    x0 = np.arange(width, dtype=float)
+    kinks = np.clip(_kinks(q, x0), y0, y0 + 1)
+    edges = np.sort(np.concatenate([kinks, np.broadcast_to([[y0], [y0 + 1]], (2, width))]), axis=0)
     low, high = edges[:-1], edges[1:]
 
     # y = low + (high − low) sin²(φ), which takes the square root at the top and bottom of the ellipse away
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    phi = (nodes + 1) * np.pi / 4
-    y = low + (high - low) * np.sin(phi).reshape(-1, 1, 1, 1) ** 2
-    dy = (high - low) * (np.sin(2 * phi) * weights * np.pi / 4).reshape(-1, 1, 1, 1)
+    phi = (nodes + 1).reshape(-1, 1, 1) * np.pi / 4
+    y = low + (high - low) * np.sin(phi) ** 2
+    dy = (high - low) * np.sin(2 * phi) * weights.reshape(-1, 1, 1) * np.pi / 4
     left, right = _chord(q, y)
     length = np.clip(np.minimum(right, x0 + 1) - np.maximum(left, x0), 0, 1)
     coverage: Array = (length * dy).sum(axis=(0, 1))
@@ -63,13 +68,13 @@ def _chord(q: Array, y: Array) -> tuple[Array, Array]:
     return (b - root) / -q[0, 0], (b + root) / -q[0, 0]
 
 
-def _kinks(q: Array, x0: Array, y0: Array) -> Array:
-    """The y at which the ellipse has its top, its bottom, or crosses a vertical edge of the pixel, ``(6, …)``."""
-    columns = []
+def _kinks(q: Array, x0: Array) -> Array:
+    """The y at which the ellipse has its top, its bottom, or crosses a vertical edge of a pixel, ``(6, width)``."""
+    crossings = []
     for x in (x0, x0 + 1):
         a, b, c = q[1, 1], q[0, 1] * x + q[1, 2], q[0, 0] * x**2 + 2 * q[0, 2] * x + q[2, 2]
         root = np.sqrt(np.maximum(b**2 - a * c, 0))
-        columns += [(-b - root) / a, (-b + root) / a]
+        crossings += [(-b - root) / a, (-b + root) / a]
     # top and bottom: the discriminant of the chord, a quadratic in y, is zero
     quadratic = [
         q[0, 1] ** 2 - q[0, 0] * q[1, 1],
@@ -77,4 +82,4 @@ def _kinks(q: Array, x0: Array, y0: Array) -> Array:
         q[0, 2] ** 2 - q[0, 0] * q[2, 2],
     ]
     ends = np.real(np.roots(quadratic))
-    return np.stack(columns + [np.full_like(y0, end) for end in ends])
+    return np.stack(crossings + [np.full_like(x0, end) for end in ends])

@@ -93,6 +93,8 @@ def unit_vector(owner: Any, field: str) -> Vector:
     length = math.hypot(x, y, z)
     if length == 0:
         raise SceneError(path(owner, field), (x, y, z), "a direction, not the zero vector")
+    if abs(length - 1) < 1e-15:  # dividing once more would change its last digits: not what JSON has kept
+        return x, y, z
     unit = (x / length, y / length, z / length)
     msgspec.structs.force_setattr(owner, field, unit)
     return unit

@@ -36,18 +36,25 @@ class RendererProcess:
     """One renderer in its own process. Not for use by two threads at once.
 
     Attributes:
+        name: the renderer's full name.
         version: of the renderer, as it says itself.
     """
 
     def __init__(self, name: str) -> None:
-        self._log = tempfile.TemporaryFile()  # without a name: nothing is left behind
-        self._process = subprocess.Popen(
-            [*WORKER, name],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._log,
-            env={**os.environ, **_ONE_THREAD},
-        )
+        self.name = name
+        # without a name: nothing is left behind; appending: the worker writes at the end wherever we read
+        self._log = tempfile.TemporaryFile("a+b")
+        try:
+            self._process = subprocess.Popen(
+                [*WORKER, name],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=self._log,
+                env={**os.environ, **_ONE_THREAD},
+            )
+        except OSError as error:
+            self._log.close()
+            raise RendererFailed(f"its process can't be started: {error}") from None
         try:
             reply, _ = self._reply(START_TIMEOUT)
             if not isinstance(reply, Ready):

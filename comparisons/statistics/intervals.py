@@ -57,12 +57,12 @@ class Biases:
         """The |bias| that would have failed a tolerance of 0 with 90 % power: (q + 1.28) standard errors."""
         return self.simultaneous + _POWER_90 * self.error
 
-    def inside(self, tolerance: Array, center: float = 0.0) -> NDArray[np.bool_]:
+    def inside(self, tolerance: Array, center: Array | float = 0.0) -> NDArray[np.bool_]:
         """Where the own interval lies inside center ± tolerance."""
         inside: NDArray[np.bool_] = np.abs(self.bias - center) + self.own <= tolerance
         return inside
 
-    def outside(self, tolerance: Array, center: float = 0.0) -> NDArray[np.bool_]:
+    def outside(self, tolerance: Array, center: Array | float = 0.0) -> NDArray[np.bool_]:
         """Where the simultaneous interval lies outside center ± tolerance."""
         outside: NDArray[np.bool_] = np.abs(self.bias - center) - self.simultaneous > tolerance
         return outside

@@ -36,11 +36,13 @@ def _cap_coverage(scene: Scene) -> Images:
     assert surface.emission is not None
     assert surface.emission.polar_range is not None
     zone = surface.emission.polar_range
-    assert zone.low == 0 or zone.high == 180, "a zone between two rims is no single cone"
+    if zone.low > 0 and zone.high < 180:
+        raise ValueError("a zone between two rims is no single cone")
     r, a = surface.shape.radius, np.asarray(surface.emission.polar_range.axis)
     o = np.subtract(scene.sensor.origin, surface.shape.center)
     s = r * zone.cosines[0 if zone.low == 0 else 1] - a @ o
-    assert (s > 0) == (zone.low == 0), "the camera must see the cap through its rim"
+    if (s > 0) != (zone.low == 0):
+        raise ValueError("the camera must see the cap through its rim")
     B = np.outer(o, a) + s * np.eye(3)
     return cone_coverage(r**2 * np.outer(a, a) - B.T @ B, np.sign(s) * a, scene.sensor)
 

@@ -58,7 +58,7 @@ def compare(tmp_path: Path, observer: Observer) -> Callable[..., Comparison]:
 
     def run(case: str, renderer: str, **settings: Any) -> Comparison:
         chosen = Settings(**{"size": (16, 16), "jobs": 1, "budget": 20.0} | settings)
-        [comparison] = campaign.run([library.case(case)], [renderer], chosen, tmp_path, observer)
+        [comparison] = list(campaign.run([library.case(case)], [renderer], chosen, tmp_path, observer))
         return comparison
 
     return run

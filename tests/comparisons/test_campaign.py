@@ -11,6 +11,7 @@ import pytest
 
 from comparisons import campaign, known
 from comparisons.results import Comparison
+from comparisons.sequential import MORE_OF_E
 from comparisons.settings import Settings
 from scenes import UnknownNameError, library
 from scenes.formats import exr
@@ -118,22 +119,23 @@ def test_a_budget_too_small_is_inconclusive_and_says_what_it_could_have_seen(
 
 
 def test_looks_double_until_all_is_clear(compare: Compare) -> None:
-    comparison = compare("integrating-sphere", "reference", tolerance=0.002, tile_tolerance=0.01)
+    comparison = compare("furnace-box", "reference", tolerance=0.002, tile_tolerance=0.01)
     assert comparison.verdict == "pass"
     looks = comparison.looks
     assert [look.replicates for look in looks] == [32 * 2**j for j in range(len(looks))]
+    assert len(looks) > 1, "all was clear at the first look: tighten the tolerance"
     assert looks[-1].open_bounces == []
     assert sum(look.alpha for look in looks) < comparison.alpha
 
 
 def test_samples_go_to_the_bounces_that_are_open(compare: Compare) -> None:
-    comparison = compare("integrating-sphere", "reference", tolerance=0.002, tile_tolerance=0.01)
-    by_count = {b.replicates: b for b in comparison.bounces}
-    assert len(by_count) > 1, "all bounces were decided at once: tighten the tolerance"
-    for look in comparison.looks:
-        decided = [b.bounce for b in comparison.bounces if b.replicates <= look.replicates]
+    comparison = compare("furnace-box", "reference", tolerance=0.002, tile_tolerance=0.01)
+    assert len({b.look for b in comparison.bounces}) > 1, "all was decided at once: tighten the tolerance"
+    for i, look in enumerate(comparison.looks, start=1):
+        decided = [b.bounce for b in comparison.bounces if b.look <= i]
         assert sorted(decided + look.open_bounces) == list(range(6))
-    assert comparison.replicates == max(by_count)
+    for b in comparison.bounces:
+        assert b.replicates == 32 * 2 ** (b.look - 1) * (MORE_OF_E if b.bounce == 0 else 1)
 
 
 def test_the_images_are_written(compare: Compare, tmp_path: Path) -> None:
@@ -146,6 +148,29 @@ def test_the_images_are_written(compare: Compare, tmp_path: Path) -> None:
         mean.mean(axis=(1, 2))[:, 0], [b.channels[0].mean for b in comparison.bounces], rtol=1e-5
     )
     assert (stderr[0].max(axis=(0, 1)) > 0).all()
+
+
+def test_a_renderer_that_ignores_its_seed_is_told_so(wrong: Any, compare: Compare) -> None:
+    comparison = compare("furnace-box", "wrong:ignore-the-seed")
+    assert comparison.verdict == "error"
+    assert "takes no notice of its seed" in comparison.message
+
+
+def test_identical_replicates_that_are_the_truth_pass(compare: Compare) -> None:
+    """In the furnace, walks that find emission by chance carry no noise at all."""
+    assert compare("furnace-sphere", "reference:bsdf").verdict == "pass"
+
+
+def test_no_truth_no_verdict_and_the_others_go_on(
+    wrong: Any, tmp_path: Path, observer: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("comparisons.truth.ESTIMATOR", "wrong:crash")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    settings = Settings(size=(7, 5), budget=10.0)
+    cases = [library.case("cornell-box"), library.case("furnace-sphere")]
+    first, second = campaign.run(cases, ["wrong:right"], settings, tmp_path, observer)
+    assert (first.verdict, second.verdict) == ("error", "pass")
+    assert "there is no truth: its process was killed by signal 11" in first.message
 
 
 def test_a_declared_deviation_is_known_and_a_vanished_one_is_reported(
@@ -169,11 +194,18 @@ def test_the_estimator_of_a_truth_does_not_judge_itself(compare: Compare) -> Non
     comparison = compare("cornell-box", "reference", bounces=1)
     assert comparison.truth == "estimated"
     assert "reference:nee is held against it" in comparison.notes[0]
+    assert (
+        "reference:bsdf is held against it" in compare("cornell-box", "reference:bsdf", budget=0.1).notes[0]
+    )
 
 
 def test_an_unknown_renderer_stops_the_run_before_it_begins(tmp_path: Path, observer: Any) -> None:
     with pytest.raises(UnknownNameError):
-        campaign.run([library.case("furnace-box")], ["reference", "mitsubi"], Settings(), tmp_path, observer)
+        next(
+            campaign.run(
+                [library.case("furnace-box")], ["reference", "mitsubi"], Settings(), tmp_path, observer
+            )
+        )
     assert observer.events == []
 
 

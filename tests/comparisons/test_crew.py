@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -36,3 +37,13 @@ def test_leaving_ends_what_is_still_at_work(wrong: Any) -> None:
         futures = [crew.render("wrong:hang", SCENE, [0, 1], 1, seed, timeout=600) for seed in range(2)]
         crew.render("wrong:hang", SCENE, [0, 1], 1, 3, timeout=600)
     assert all(isinstance(future.exception(), RendererFailed) for future in futures)
+
+
+def test_dismissing_a_renderer_ends_what_it_is_doing(wrong: Any) -> None:
+    with Crew(2) as crew:
+        crew.version("wrong:right")
+        hanging = crew.render("wrong:hang", SCENE, [0], 1, 0, timeout=600)
+        time.sleep(2)  # for the process to have started
+        crew.dismiss("wrong:hang")
+        assert isinstance(hanging.exception(timeout=30), RendererFailed)
+        assert crew.render("wrong:right", SCENE, [0], 1, 0, timeout=60).result().shape == (1, 8, 8, 3)

@@ -27,6 +27,7 @@ def test_shipped_entries_name_cases_and_renderers_that_exist_and_a_page_that_exi
     assert entries
     for entry in entries:
         assert library.case(entry.case).bounces >= max(entry.bounces)
+        assert all(entry.bias_of(k) is not None for k in range(1, 20))
         assert canonical(entry.renderer) == entry.renderer
         assert (Path(__file__).parents[2] / entry.link).exists()
 
@@ -35,11 +36,18 @@ def test_entries_apply_to_their_case_renderer_and_versions(tmp_path: Path) -> No
     file = tmp_path / "known.toml"
     file.write_text(ENTRY)
     entries = known.load(file)
-    found = known.declared(entries, "furnace-box", "mitsuba:scalar_rgb", "3.9.1")
-    assert sorted(found) == [1, 2]
+    [found] = known.declared(entries, "furnace-box", "mitsuba:scalar_rgb", "3.9.1")
+    assert [found.bias_of(k) for k in range(4)] == [None, 0.01, 0.02, None]
     assert not known.declared(entries, "furnace-box", "mitsuba:scalar_rgb", "3.10.0")
     assert not known.declared(entries, "furnace-sphere", "mitsuba:scalar_rgb", "3.9.1")
     assert not known.declared(entries, "furnace-box", "reference:mis", "3.9.1")
+
+
+def test_the_last_bias_can_hold_onwards(tmp_path: Path) -> None:
+    file = tmp_path / "known.toml"
+    file.write_text(ENTRY + "onwards = true\n")
+    [entry] = known.load(file)
+    assert [entry.bias_of(k) for k in (0, 2, 3, 9)] == [None, 0.02, 0.02, 0.02]
 
 
 @pytest.mark.parametrize(

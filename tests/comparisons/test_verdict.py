@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -51,6 +52,7 @@ def judged(b: np.ndarray, half: float, known: Deviation | None, enough: bool = T
         mean=1 + b,
         truth=full(1.0),
         denominator=full(1.0),
+        look=1,
         replicates=32,
         spp=64,
         enough=enough,
@@ -86,6 +88,14 @@ def test_a_single_tile_decides(bias: float, expected: str) -> None:
     assert found.worst_tile.bias == pytest.approx(bias)
 
 
+def test_a_tile_decides_where_the_image_is_undecided() -> None:
+    b = np.zeros((17, 3))
+    b[0, 1], b[4, 1] = 0.008, 0.2
+    found = judged(b, 0.004, None)
+    assert found.verdict == "fail"
+    assert found.decided_by == "tile"
+
+
 def test_the_worst_channel_is_shown_and_all_are_listed() -> None:
     found = verdict(0.016, 0.004)
     assert found.channel == "G"
@@ -105,6 +115,11 @@ def test_too_few_replicates_decide_nothing(bias: float, half: float) -> None:
     assert verdict(bias, half, enough=False).verdict == "inconclusive"
 
 
+def everywhere(bias: float, channels: str = "RGB") -> np.ndarray:
+    """The same bias in every region of some channels."""
+    return np.tile([bias if name in channels else 0.0 for name in "RGB"], (17, 1))
+
+
 @pytest.mark.parametrize(
     ("measured", "half", "expected", "state"),
     [
@@ -112,25 +127,45 @@ def test_too_few_replicates_decide_nothing(bias: float, half: float) -> None:
         (0.051, 0.0005, "known", "confirmed"),
         (0.070, 0.001, "fail", "changed"),
         (0.030, 0.001, "fail", "changed"),
+        (-0.050, 0.001, "fail", "changed"),
         (0.000, 0.001, "pass", "vanished"),
         (0.052, 0.001, "inconclusive", "undecided"),
         (0.050, 0.010, "inconclusive", "undecided"),
     ],
 )
 def test_known_deviations(measured: float, half: float, expected: str, state: str) -> None:
-    found = verdict(measured, half, known=entry(0.05))
+    found = judged(everywhere(measured), half, entry(0.05))
     assert found.verdict == expected
     assert found.known is not None
     assert found.known.state == state
     assert found.known.declared_bias == 0.05
 
 
-def test_a_new_fault_in_a_tile_is_not_covered_by_a_declaration() -> None:
-    """The whole image deviates as declared, but one tile by far more."""
-    b = np.full((17, 3), 0.05)
-    assert judged(b, 0.0005, entry(0.05)).verdict == "known"
-    b[3, 0] = 0.12
+def test_a_tolerance_too_loose_to_tell_does_not_make_a_declaration_vanish() -> None:
+    found = judged(everywhere(0.009), 0.0005, entry(0.009))
+    assert found.verdict == "pass"
+    assert found.known is not None
+    assert found.known.state == "tolerated"
+
+
+@pytest.mark.parametrize("tile", [0.0, 0.12, -0.05])
+def test_a_tile_that_deviates_otherwise_is_not_covered_by_a_declaration(tile: float) -> None:
+    b = everywhere(0.05)
+    b[3, 0] = tile
     assert judged(b, 0.0005, entry(0.05)).verdict == "fail"
+
+
+def test_a_tile_alone_is_no_declared_deviation_of_the_image() -> None:
+    b = everywhere(0.0)
+    b[3, 0] = 0.05
+    assert judged(b, 0.0005, entry(0.05)).verdict == "fail"
+
+
+def test_a_declaration_covers_its_channels_alone() -> None:
+    red = msgspec.structs.replace(entry(0.05), channels=["R"])
+    assert judged(everywhere(0.05, "R"), 0.0005, red).verdict == "known"
+    assert judged(everywhere(0.05, "RG"), 0.0005, red).verdict == "fail"
+    assert judged(everywhere(0.05, "R"), 0.0005, entry(0.05)).verdict == "fail"
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,10 @@ def third_bounce_brighter(scene: Scene, bounces: int, spp: int, seed: int) -> Im
     return images
 
 
+def ignore_the_seed(scene: Scene, bounces: int, spp: int, seed: int) -> Images:
+    return render(scene, bounces, spp, 7)
+
+
 def crash(scene: Scene, bounces: int, spp: int, seed: int) -> Images:
     print("about to crash", flush=True)
     os.kill(os.getpid(), signal.SIGSEGV)
@@ -104,6 +108,7 @@ WRONG: dict[str, Callable[[Scene, int, int, int], Images]] = {
             flipped,
             mirrored,
             third_bounce_brighter,
+            ignore_the_seed,
             crash,
             leave,
             hang,

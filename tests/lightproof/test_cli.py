@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,7 @@ def test_out_must_be_a_folder(tmp_path: Path) -> None:
     file.touch()
     result = invoke("validate", "furnace-box", "--out", file)
     assert result.exit_code == 2
-    assert "is a file; expected a folder" in flat(result.output)
+    assert "expected a folder that can be written" in flat(result.output)
 
 
 @pytest.mark.parametrize("command", ["validate", "render", "list", "report"])
@@ -153,6 +154,28 @@ def test_a_renderer_that_can_t_be_loaded_ends_with_3(tmp_path: Path) -> None:
     [_, comparison] = json.loads((tmp_path / "out" / "results.json").read_bytes())["comparisons"]
     assert "libmitsuba.so" in comparison["message"]
     assert "libmitsuba.so" in comparison["log"][-1]
+
+
+def test_a_package_that_is_not_installed_is_no_reason_to_lose_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing(package: str) -> str:
+        if package == "mitsuba":
+            raise PackageNotFoundError(package)
+        return version(package)
+
+    monkeypatch.setattr("lightproof.validate.version", missing)
+    monkeypatch.setattr("lightproof.cli.version", missing)
+    assert validate(tmp_path, "furnace-sphere", "--renderer", "reference").exit_code == 0
+    document = json.loads((tmp_path / "out" / "results.json").read_bytes())
+    assert document["provenance"]["versions"]["mitsuba"] is None
+    assert "pip install mitsuba" in invoke("list", "renderers").output
+
+
+def test_one_renderer_by_two_names_is_one(tmp_path: Path) -> None:
+    names = ("--renderer", "reference", "--renderer", "reference:mis")
+    result = validate(tmp_path, "furnace-sphere", *names)
+    assert "[1/1] furnace-sphere × reference: pass" in result.output
 
 
 def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 import typer
 
-from lightproof.parameters import bounce_count, percent, size
+from lightproof.parameters import check_bounces, percent, size
 from scenes import library
 
 
@@ -33,6 +33,7 @@ def test_no_size(text: str) -> None:
 
 def test_bounces_beyond_the_answer() -> None:
     limited = replace(library.case("furnace-box"), max_bounces=3)
-    assert bounce_count(limited, 3) is limited
+    check_bounces(limited, 3)
+    check_bounces(limited, None)
     with pytest.raises(typer.BadParameter, match="holds for bounces 0 to 3"):
-        bounce_count(limited, 4)
+        check_bounces(limited, 4)

@@ -42,11 +42,13 @@ def bounce(k: int, verdict: Any, bias: float = 0.0, *, truth: float = 0.5, **cha
         "mean": truth * (1 + bias),
         "bias": bias,
         "interval": interval,
+        "simultaneous_interval": interval,
         "standard_error": 0.001,
         "tolerance": 0.01,
         "tile_tolerance": 0.05,
         "detectable_bias": 0.0142,
         "resolution": 0.0042,
+        "look": 1,
         "replicates": 64,
         "spp": 1024,
         "channels": [
@@ -57,6 +59,7 @@ def bounce(k: int, verdict: Any, bias: float = 0.0, *, truth: float = 0.5, **cha
                 mean=truth * (1 + bias),
                 bias=bias,
                 interval=interval,
+                simultaneous_interval=interval,
                 standard_error=0.001,
                 detectable_bias=0.0142,
                 resolution=0.0042,
@@ -71,7 +74,14 @@ def bounce(k: int, verdict: Any, bias: float = 0.0, *, truth: float = 0.5, **cha
 def tile(bias: float, half: float) -> TileResult:
     place = Place(row=1, column=2, x0=32, y0=16, x1=48, y1=32)
     interval = bias - half, bias + half
-    return TileResult(place=place, channel="R", bias=bias, interval=interval, detectable_bias=0.071)
+    return TileResult(
+        place=place,
+        channel="R",
+        bias=bias,
+        interval=interval,
+        simultaneous_interval=interval,
+        detectable_bias=0.071,
+    )
 
 
 def comparison(
@@ -87,6 +97,7 @@ def comparison(
         "replicates": 64,
         "bounces": bounces,
         "title": f"The {case} case",
+        "derivation": "since the walls are equal",
         "blind_to": "the direction of reflection",
         "renderer_version": "3.7.1",
         "truth_source": "a geometric series, see its derivation",

@@ -79,6 +79,7 @@ def test_a_folder_without_results_is_an_error(tmp_path: Path) -> None:
         "no dielectric materials",
         "vanished (remove the entry)",
         "the direction of reflection",
+        "since the walls are equal",
         "a geometric series, see its derivation",
         "so what is not positive is left out: bounce 3.",
         "The pictures show the grey mean of 5 channels.",

@@ -26,7 +26,7 @@ def data() -> tuple[np.ndarray, np.ndarray]:
 def estimate(tmp_path: Path, data: tuple[np.ndarray, np.ndarray]) -> Estimate:
     path = tmp_path / "data.exr"
     exr.write_bounces(path, *data, {"lightproof:source": "made up"})
-    return Estimate(str(path), renderer="one", stand_in="another")
+    return Estimate(str(path))
 
 
 def scene(width: int, height: int) -> Scene:

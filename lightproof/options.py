@@ -1,0 +1,57 @@
+"""The options of the command line: what they are called, what they mean, what they must be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Cases = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="[CASE]...", help="See 'lightproof list cases'. Default: all."),
+]
+Renderers = Annotated[
+    list[str] | None,
+    typer.Option("--renderer", help="May be given several times. Default: reference and mitsuba."),
+]
+Bounces = Annotated[
+    int | None, typer.Option(help="Last bounce: 0 is E, 1 direct light. Default: the case's.", min=0)
+]
+Tolerance = Annotated[
+    str | None,
+    typer.Option(metavar="PERCENT", help="Largest bias of the whole image, as 0.5%. Default: the case's."),
+]
+TileTolerance = Annotated[
+    str | None, typer.Option(metavar="PERCENT", help="The same for tiles, as 2%. Default: the case's.")
+]
+Alpha = Annotated[
+    float, typer.Option(help="Probability of a wrong verdict, per comparison.", min=1e-12, max=0.5)
+]
+Budget = Annotated[
+    float,
+    typer.Option(
+        metavar="SECONDS", help="Time per case × renderer; less where the verdict is clear sooner.", min=0.001
+    ),
+]
+Size = Annotated[str | None, typer.Option("--size", metavar="WxH", help="Resolution. Default: the case's.")]
+Seed = Annotated[int, typer.Option(help="Different seeds give independent images.", min=0, max=2**32 - 1)]
+Spp = Annotated[int, typer.Option(help="Samples per pixel.", min=1)]
+Jobs = Annotated[
+    int | None,
+    typer.Option(help="Processes that render at the same time. Default: one per processor.", min=1, max=1024),
+]
+Known = Annotated[
+    str,
+    typer.Option(
+        metavar="FILE", help="Declared deviations (TOML), besides the shipped ones; 'none' for none at all."
+    ),
+]
+OutFolder = Annotated[
+    Path,
+    typer.Option("--out", metavar="DIR", help="Folder for results.json, report.html, junit.xml and images."),
+]
+OutFile = Annotated[
+    Path | None, typer.Option("--out", metavar="FILE.exr", help="Default: CASE-RENDERER.exr.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="For programs.")]
