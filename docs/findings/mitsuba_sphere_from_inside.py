@@ -48,3 +48,16 @@ for _ in range(20_000):
     ratios.append(sample.pdf / sphere.pdf_direction(si, sample))
 wrong = np.abs(np.array(ratios) - 1) > 0.01
 print(f"  {wrong.mean():.1%} of the points disagree")
+
+print("bounce k, exactly 0.5^k: coupled renders of depth k + 1 and k, one sample each, random seeds")
+film = 64 * 64
+depths = [mi.load_dict({"type": "path", "max_depth": d, "rr_depth": 1 << 30}) for d in range(1, 7)]
+terms = []
+for seed in rng.integers(2**32 // film, size=600):
+    sums = [np.array(mi.render(scene, integrator=path, spp=1, seed=int(seed))).mean() for path in depths]
+    terms.append(np.diff(sums, prepend=0.0))
+deviation = np.array(terms) / 0.5 ** np.arange(6) - 1
+for k, (mean, error) in enumerate(
+    zip(deviation.mean(0), deviation.std(0) / np.sqrt(len(deviation)), strict=True)
+):
+    print(f"  bounce {k}: {mean:+.3%} ± {error:.3%}")

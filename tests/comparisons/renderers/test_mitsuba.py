@@ -161,3 +161,17 @@ def test_samples_form_no_lattice_over_the_image(
     assert peak() < 16
     monkeypatch.setattr(np.random, "default_rng", Consecutive)
     assert peak() > 16
+
+
+def test_replicates_are_independent(mitsuba: MitsubaRenderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The means of 256 images with consecutive seeds: |autocorrelation| < 0.3 but once in 10⁶, at lags 1 to 4."""
+    sphere = library.case("integrating-sphere").scene
+
+    def autocorrelation() -> float:
+        means = [mitsuba.render(sphere, [1], 1, seed).mean() for seed in range(256)]
+        z = np.asarray(means) - np.mean(means)
+        return max(abs(float(z[lag:] @ z[:-lag] / (z @ z))) for lag in range(1, 5))
+
+    assert autocorrelation() < 0.3
+    monkeypatch.setattr(np.random, "default_rng", Consecutive)
+    assert autocorrelation() > 0.3
