@@ -1,4 +1,4 @@
-"""A minimal scene that shows the finding beside this file. Needs Mitsuba 3 only; takes some ten seconds."""
+"""A minimal scene that shows the finding beside this file. Needs Mitsuba 3 only; takes half a minute."""
 
 import mitsuba as mi
 import numpy as np
