@@ -131,7 +131,7 @@ class Images(Struct, frozen=True, kw_only=True):
 class Look(Struct, frozen=True, kw_only=True):
     """One interim analysis: after so many replicates and seconds, at this level, these bounces stayed open."""
 
-    replicates: Annotated[int, Meta(description="of the last bounce that was open; E has more")]
+    replicates: Annotated[int, Meta(description="of the bounces that were open")]
     seconds: float
     alpha: float
     open_bounces: list[int]

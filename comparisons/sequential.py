@@ -27,9 +27,6 @@ FIRST_LOOK = 2.0
 GRACE = 60.0
 """Seconds beyond the budget after which a renderer that gives no answer is stopped."""
 
-MORE_OF_E = 4
-"""How many replicates E gets for one of the other bounces."""
-
 MOST_SPP = 4096
 """Of a replicate, for a renderer whose time does not depend on it."""
 
@@ -100,19 +97,11 @@ class Sampler:
     def draw(self, bounces: Sequence[int], target: int) -> None:
         """Draw until each of these bounces has ``target`` replicates, or the budget is used up.
 
-        E has ``MORE_OF_E`` times as many, and is drawn by itself: it costs one ray where the others cost
-        paths, and where an emitter is small, its edge needs the most samples of all.
+        Two are drawn however small the budget: the least that has a spread to speak of.
 
         Raises:
             RendererError: see ``RendererProcess.render``.
         """
-        for group, count in (([0], target * MORE_OF_E), ([k for k in bounces if k > 0], target)):
-            wanted = [k for k in group if k in bounces]
-            if wanted:
-                self._draw(wanted, count)
-
-    def _draw(self, bounces: Sequence[int], target: int) -> None:
-        """Two replicates are drawn however small the budget: the least that has a spread to speak of."""
         have = self.pixels[bounces[0]].count if bounces[0] in self.pixels else 0
         running: set[Future[Images]] = set()
         try:

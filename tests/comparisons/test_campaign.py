@@ -11,7 +11,6 @@ import pytest
 
 from comparisons import campaign, known
 from comparisons.results import Comparison
-from comparisons.sequential import MORE_OF_E
 from comparisons.settings import Settings
 from scenes import UnknownNameError, library
 from scenes.formats import exr
@@ -135,7 +134,7 @@ def test_samples_go_to_the_bounces_that_are_open(compare: Compare) -> None:
         decided = [b.bounce for b in comparison.bounces if b.look <= i]
         assert sorted(decided + look.open_bounces) == list(range(6))
     for b in comparison.bounces:
-        assert b.replicates == 32 * 2 ** (b.look - 1) * (MORE_OF_E if b.bounce == 0 else 1)
+        assert b.replicates == 32 * 2 ** (b.look - 1)
 
 
 def test_the_images_are_written(compare: Compare, tmp_path: Path) -> None:
