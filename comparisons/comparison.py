@@ -135,7 +135,8 @@ class Comparing:
             truth=(stem / "truth.exr").as_posix(),
             renderer=(stem / f"{self.shown_name.replace(':', '-')}.exr").as_posix(),
         )
-        exr.write_bounces(folder / images.renderer, mean, stderr)
+        made = f"{self.case.name}, {self.name} {version}, first seed {first_seed(self.settings.seed)}"
+        exr.write_bounces(folder / images.renderer, mean, stderr, {"lightproof:source": made})
         gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
         vanished = [f"Bounce {k}: the declared deviation has vanished; remove its entry." for k in gone]
         return Comparison(
@@ -149,6 +150,7 @@ class Comparing:
             looks=self.looks,
             metrics=partial_sum_metrics(mean, self.truth.mean),
             images=images,
+            truth_source=self.truth.source,
             message=_undecided(bounces, self.settings.budget),
             notes=self.notes + vanished,
         )
@@ -171,6 +173,7 @@ def failed(
         replicates=0,
         bounces=[],
         renderer_version=version,
+        truth_source=case.answer.source,
         message=str(error),
         log=error.log,
     )
@@ -187,7 +190,6 @@ def _about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
         "title": case.title,
         "derivation": case.derivation,
         "blind_to": case.blind_to,
-        "truth_source": case.answer.source,
         "width": width,
         "height": height,
         "channels": exr.channel_names(channels),
@@ -212,8 +214,13 @@ def _undecided(bounces: list[BounceResult], budget: float) -> str:
     undecided = [b for b in bounces if b.verdict == "inconclusive"]
     if not undecided:
         return ""
-    seen = ", ".join(f"{b.detectable_bias:.2%} in bounce {b.bounce}" for b in undecided)
+    image = [f"{b.detectable_bias:.2%} in bounce {b.bounce}" for b in undecided if b.decided_by == "image"]
+    tiles = [
+        f"{b.worst_tile.detectable_bias:.2%} of a tile in bounce {b.bounce}"
+        for b in undecided
+        if b.decided_by == "tile"
+    ]
     spent = f"the budget of {budget:g} s was used up"
     if (count := undecided[0].replicates) < MIN_REPLICATES:
         spent += f" after {count} replicates, and a verdict needs {MIN_REPLICATES}"
-    return f"{spent}; a bias of the whole image could have been detected from {seen}"
+    return f"{spent}; a bias could have been detected from {', '.join(image + tiles)}"

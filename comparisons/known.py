@@ -20,11 +20,16 @@ deviation as well as a larger one. One that has vanished passes, and the report 
 
 from __future__ import annotations
 
+import math
 from importlib.resources import files
 from pathlib import Path
 
 import msgspec
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
+
+from comparisons.renderers import canonical
+from scenes.library import CASES
+from scenes.names import UnknownNameError, look_up
 
 SHIPPED = Path(str(files("comparisons") / "known.toml"))
 """The deviations this project has found itself."""
@@ -54,9 +59,13 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             raise ValueError(
                 f"bias has {len(self.bias)} numbers, bounces has {len(self.bounces)}: expected as many"
             )
-        if not (self.within > 0 and self.tile_within > 0):
+        smallest = min(map(abs, self.bias))
+        if min(self.bounces) < 0 or sorted(set(self.bounces)) != self.bounces:
+            raise ValueError(f"bounces = {self.bounces}: expected each once, ascending, from 0")
+        if not (0 < self.within < smallest < math.inf and 0 < self.tile_within < math.inf):
             raise ValueError(
-                f"within = {self.within}, tile_within = {self.tile_within}: expected shares above 0"
+                f"bias = {self.bias}, within = {self.within}, tile_within = {self.tile_within}: expected "
+                "0 < within < |bias|, so that a deviation can't be taken for none, and 0 < tile_within"
             )
         try:
             SpecifierSet(self.versions)
@@ -81,11 +90,18 @@ def load(path: Path) -> list[Deviation]:
         KnownError: it does not exist, or a field is wrong; with its path and what was expected.
     """
     try:
-        return msgspec.toml.decode(path.read_bytes(), type=_File).deviation
+        entries = msgspec.toml.decode(path.read_bytes(), type=_File).deviation
     except OSError as error:
         raise KnownError(f"{path}: {error.strerror}") from error
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise KnownError(f"{path}: {error}") from error
+    for i, entry in enumerate(entries):  # one that can never apply would be silent
+        try:
+            look_up("case", entry.case, CASES)
+            canonical(entry.renderer)
+        except UnknownNameError as error:
+            raise KnownError(f"{path}: deviation[{i}]: {error}") from error
+    return entries
 
 
 def declared(deviations: list[Deviation], case: str, renderer: str, version: str) -> list[Deviation]:
@@ -100,6 +116,6 @@ def declared(deviations: list[Deviation], case: str, renderer: str, version: str
     return [
         entry
         for entry in deviations
-        if (entry.case, entry.renderer) == (case, renderer)
+        if (entry.case, canonical(entry.renderer)) == (case, renderer)
         and SpecifierSet(entry.versions).contains(version, prereleases=True)
     ]

@@ -21,7 +21,7 @@ from scenes import Scene
 
 MIN_REPLICATES = 32
 
-FIRST_LOOK = 2.0
+FIRST_LOOK = 1.25
 """Seconds that the first ``MIN_REPLICATES`` should take, or an eighth of the budget if that is less."""
 
 GRACE = 60.0

@@ -8,7 +8,7 @@ from typing import Protocol
 from comparisons.known import Deviation
 from comparisons.results import Comparison
 
-DEFAULT_BUDGET = 60.0
+DEFAULT_BUDGET = 75.0
 DEFAULT_ALPHA = 1e-3
 
 

@@ -37,6 +37,7 @@ CACHED_SAMPLES = 4096 * 16384
 """Pixels × spp of a truth that is estimated on the fly: some ten times what a renderer makes in a default budget."""
 
 _SEED = 20_000_000  # below all seeds that a validation draws, so that truth and renderer share no numbers
+_SOURCE = "lightproof:source"  # the name of the header's text that says how the data was made
 _TIMEOUT = 24 * 3600.0
 
 Progress = Callable[[float], None]
@@ -63,10 +64,14 @@ def truth_of(case: Case, crew: Crew, progress: Progress = lambda done: None) -> 
     spp = max(BATCHES, CACHED_SAMPLES // (height * width))
     path = _cache_path(case, spp)
     try:
-        return Truth(*exr.read_bounces(path))
+        return _read(path)
     except exr.ImageError:  # there is none, or it is damaged
         estimate(case.scene, case.bounces, spp, crew, path, progress)
-    return Truth(*exr.read_bounces(path))
+    return _read(path)
+
+
+def _read(path: Path) -> Truth:
+    return Truth(*exr.read_bounces(path), exr.read_attribute(path, _SOURCE))
 
 
 def _cache_path(case: Case, spp: int) -> Path:
@@ -110,7 +115,7 @@ def _header(scene: Scene, spp: int) -> dict[str, str]:
     """How the data was made, and for which scene."""
     made = f"{ESTIMATOR} of lightproof {version('lightproof')}, {BATCHES} batches of {spp // BATCHES} spp"
     return {
-        "lightproof:source": f"{made}, seeds from {_SEED}",
+        _SOURCE: f"{made}, seeds from {_SEED}",
         "lightproof:scene": scene_hash(scene),
     }
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import sys
+import traceback
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn
@@ -34,15 +36,22 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
+
+@app.callback()
+def _global(version: options.Version = False) -> None:
+    pass
+
+
 DEFAULT_OUT = Path("lightproof-report")
 DEFAULT_RENDERERS = ["reference", "mitsuba"]
+INTERNAL_ERROR = 70
 RENDER_TIMEOUT = 24 * 3600.0
 """Seconds that a single image may take."""
 
 
 @app.command(
     epilog="Exit status: 0 nothing wrong, 1 fail, 2 wrong usage, 3 a renderer's error, 4 inconclusive, "
-    "5 nothing could be compared."
+    "5 nothing could be compared, 70 a bug in lightproof, 130 interrupted."
 )
 def validate(
     cases: options.Cases = None,
@@ -85,7 +94,7 @@ def validate(
             outcome = run_validation(chosen, renderers, settings, out, show)
         except KeyboardInterrupt:
             _stop(f"interrupted; {show.done} of {show.total} comparisons are in {out}/results.json", 130)
-    console.print(terminal.verdict_table(outcome))
+    terminal.show_verdicts(console, outcome)
     console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
     raise typer.Exit(exit_status(outcome))
 
@@ -107,6 +116,8 @@ def render(
     chosen, name, resolution = _case(case, bounces), _renderer(renderer), size(size_text)
     scene = chosen.scene.resized(*resolution) if resolution else chosen.scene
     path = out or Path(f"{case}-{renderer.replace(':', '-')}.exr")
+    if path.suffix != ".exr":
+        raise typer.BadParameter(f"{path}: expected a name that ends in .exr", param_hint="--out")
     if not path.resolve().parent.is_dir():
         raise typer.BadParameter(f"{path}: there is no folder {path.parent}", param_hint="--out")
     console = terminal.console()
@@ -115,7 +126,8 @@ def render(
     try:
         with status, RendererProcess(name) as process:
             image = process.render(scene, range(last + 1), spp, seed, timeout=RENDER_TIMEOUT)
-        exr.write_bounces(path, image)
+            made = f"{case}, {name} {process.version}, {spp} spp, seed {seed}"
+        exr.write_bounces(path, image, attributes={"lightproof:source": made})
     except KeyboardInterrupt:
         _stop("interrupted; nothing was written", 130)
     except RendererError as error:
@@ -157,12 +169,13 @@ def report(
 
 
 def _prepare(out: Path) -> None:
-    """Make the folder; images of an earlier run go, so that the folder holds one run."""
+    """Make the folder; what an earlier run left goes, so that the folder holds one run."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         if (out / RESULTS_FILE).exists():
             shutil.rmtree(out / "images", ignore_errors=True)
-            (out / RESULTS_FILE).unlink()
+            for name in (RESULTS_FILE, reports.REPORT_FILE, reports.JUNIT_FILE):
+                (out / name).unlink(missing_ok=True)
     except OSError as error:
         message = f"{error.filename}: {error.strerror}; expected a folder that can be written"
         raise typer.BadParameter(message, param_hint="--out") from None
@@ -232,5 +245,10 @@ def _stop(message: str, status: int, log: list[str] | None = None) -> NoReturn:
 
 
 def main() -> None:
-    """Run the command."""
-    app()
+    """Run the command. An error of its own ends it with 70, which no verdict does."""
+    try:
+        app()
+    except Exception:
+        traceback.print_exc()
+        typer.echo("This is a bug in lightproof, not a verdict.", err=True)
+        sys.exit(INTERNAL_ERROR)

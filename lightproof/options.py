@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
@@ -31,7 +32,10 @@ Alpha = Annotated[
 Budget = Annotated[
     float,
     typer.Option(
-        metavar="SECONDS", help="Time per case × renderer; less where the verdict is clear sooner.", min=0.001
+        metavar="SECONDS",
+        help="Time per case × renderer; less where the verdict is clear sooner.",
+        min=0.001,
+        max=1e6,
     ),
 ]
 Size = Annotated[str | None, typer.Option("--size", metavar="WxH", help="Resolution. Default: the case's.")]
@@ -53,5 +57,16 @@ OutFolder = Annotated[
 ]
 OutFile = Annotated[
     Path | None, typer.Option("--out", metavar="FILE.exr", help="Default: CASE-RENDERER.exr.")
+]
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        typer.echo(version("lightproof"))
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool, typer.Option("--version", help="Show the version and exit.", callback=_print_version, is_eager=True)
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="For programs.")]

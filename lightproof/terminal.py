@@ -7,6 +7,7 @@ from typing import Self
 
 from rich import box
 from rich.console import Console
+from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
@@ -23,7 +24,7 @@ _STYLE = {
     "unsupported": "dim",
 }
 
-_PLAIN_WIDTH = 200  # of lines that go to a file or a pipe
+_PLAIN_WIDTH = 10_000  # of lines that go to a file or a pipe: as long as they are
 
 
 def console() -> Console:
@@ -85,26 +86,36 @@ class Show:
         self._bars.stop()
 
 
-def verdict_table(outcome: Results) -> Table:
-    """Case × renderer × bounce: the bias of the whole image ± half its interval, in percent."""
+def show_verdicts(out: Console, outcome: Results) -> None:
+    """Case × renderer × bounce: the bias of the whole image ± half its interval, in percent.
+
+    A table, or a list where the terminal is too narrow for it.
+    """
     bounces = max((len(c.bounces) for c in outcome.comparisons), default=0)
-    table = Table(box=box.SIMPLE_HEAD, caption_justify="left", caption=_CAPTION if bounces else None)
-    for heading in (
-        "case",
-        "renderer",
-        "verdict",
-        *map(term, range(bounces)),
-    ):
-        table.add_column(heading, no_wrap=heading != "verdict")
+    table = Table(box=box.SIMPLE_HEAD)
+    for heading in ("case", "renderer", "verdict", *map(term, range(bounces))):
+        table.add_column(heading, no_wrap=True)
     for comparison in outcome.comparisons:
-        verdict = Text(comparison.verdict, _STYLE[comparison.verdict])
         cells = [_cell(b) for b in comparison.bounces]
-        table.add_row(comparison.case, comparison.renderer, verdict, *cells)
-    return table
+        table.add_row(comparison.case, comparison.renderer, _verdict(comparison), *cells)
+    needed = Measurement.get(out, out.options.update(max_width=_PLAIN_WIDTH), table).maximum
+    if needed <= out.width:
+        out.print(table)
+    else:
+        for comparison in outcome.comparisons:
+            out.print(Text(f"{comparison.case} × {comparison.renderer}: ").append(_verdict(comparison)))
+            for b in comparison.bounces:
+                out.print(Text(f"  {term(b.bounce):>5} ").append(_cell(b)))
+    if bounces:
+        out.print(_CAPTION)
+
+
+def _verdict(comparison: Comparison) -> Text:
+    return Text(comparison.verdict, _STYLE[comparison.verdict])
 
 
 _CAPTION = (
-    "Bias of the whole image in percent of the truth, worst channel, ± half its interval.\n"
+    "Bias of the whole image in percent, in the channel closest to failing, ± half its interval.\n"
     "! fail   ? inconclusive   ~ known deviation   t the tiles decided"
 )
 

@@ -64,8 +64,11 @@ def in_standard_errors(truth: Image, renderer: Image, truth_error: Image, render
 
 
 def automatic_scale(field: Field) -> float:
-    """The value at which a map saturates: the 99th percentile of its magnitudes, at least 0.01 %."""
-    finite = np.abs(field[np.isfinite(field)])
+    """The value at which a map saturates: the 99th percentile of its magnitudes, at least 0.01 %.
+
+    Pixels without any difference don't count, or a small lamp in a dark image would always be saturated.
+    """
+    finite = np.abs(field[np.isfinite(field) & (field != 0)])
     return max(float(np.percentile(finite, 99)), _FLOOR) if finite.size else 1.0
 
 

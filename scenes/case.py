@@ -25,10 +25,12 @@ class Truth:
     Attributes:
         mean: TᵏE as the sensor sees it, each pixel's average, ``(bounces + 1, height, width, channels)``.
         stderr: standard error of each pixel, of the same shape; 0 where the answer has no noise.
+        source: where it comes from: a formula's source, or how an estimate was made.
     """
 
     mean: Images
     stderr: Images
+    source: str
 
     @property
     def bounces(self) -> int:
@@ -68,7 +70,7 @@ class Formula:
     def truth(self, scene: Scene, bounces: int) -> Truth:
         """The answer for the resolution of the scene's sensor."""
         mean = self.evaluate(scene, bounces)
-        return Truth(mean, np.zeros_like(mean))
+        return Truth(mean, np.zeros_like(mean), self.source)
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ class Estimate:
         blocks = (bounces + 1, height, rows, width, columns, -1)
         # a coarse pixel is the mean of the fine ones inside it: exact, since the filter is a box
         variance = (stderr[: bounces + 1] ** 2).reshape(blocks).sum(axis=(2, 4)) / (rows * columns) ** 2
-        return Truth(mean[: bounces + 1].reshape(blocks).mean(axis=(2, 4)), np.sqrt(variance))
+        return Truth(mean[: bounces + 1].reshape(blocks).mean(axis=(2, 4)), np.sqrt(variance), self.source)
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,12 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from comparisons.renderers.protocol import Images, Unsupported
 from scenes import AreaLight, Lambertian, Quad, Scene, Sphere, Surface
+
+Array = NDArray[np.float64]
 
 _NO_ROULETTE = 1 << 30
 
@@ -59,13 +62,15 @@ class MitsubaRenderer:
         paths = {d: self._path(d) for d in depths}
         height, width, _ = scene.shape
         streams = np.random.default_rng(seed).integers(2**32 // (height * width), size=spp)
-        total = np.zeros((len(bounces), *scene.shape))
+        total, sums = np.zeros((len(bounces), *scene.shape)), np.zeros(len(bounces))
         for stream in map(int, streams):
             partial_sums = {0: np.zeros(scene.shape)} | {
                 d: np.array(self._mi.render(mi_scene, integrator=path, spp=1, seed=stream), dtype=np.float64)
                 for d, path in paths.items()
             }
             total += np.array([partial_sums[k + 1] - partial_sums[k] for k in bounces])
+            sums += np.array([partial_sums[k + 1].mean() for k in bounces])
+        _refuse_cancellation(bounces, total.mean(axis=(1, 2, 3)), sums)
         return total / spp
 
     def _path(self, depth: int) -> Any:
@@ -73,6 +78,22 @@ class MitsubaRenderer:
 
     def _load_scene(self, scene: Scene) -> Any:
         return self._mi.load_dict(scene_dict(self._mi, scene))
+
+
+def _refuse_cancellation(bounces: Sequence[int], terms: Array, sums: Array) -> None:
+    """Refuse terms so small that single precision can't hold them as a difference of two sums.
+
+    A sum is rounded to 2⁻²⁴ of itself, so a term of 2⁻¹³ of the sum is exact to 2⁻¹¹, a twentieth of a percent.
+
+    Raises:
+        Unsupported: naming the bounce.
+    """
+    for k, term, partial_sum in zip(bounces, terms, sums, strict=True):
+        if 0 < abs(term) < 2**-13 * partial_sum:
+            share = term / partial_sum
+            raise Unsupported(
+                f"bounce {k}, {share:.0e} of the sum: too little for a difference in single precision"
+            )
 
 
 def scene_dict(mi: Any, scene: Scene) -> dict[str, Any]:

@@ -58,6 +58,15 @@ def test_the_last_bias_can_hold_onwards(tmp_path: Path) -> None:
         (('reason = "r"\n', ""), "missing required field `reason`"),
         (('link = "l"', 'link = "l"\nsize = 3'), "unknown field `size`"),
         (("within = 0.001", "within = 0"), "within = 0"),
+        (("within = 0.001", "within = 0.02"), "0 < within < |bias|"),
+        (("bias = [0.01, 0.02]", "bias = [nan, 0.02]"), "bias = [nan, 0.02]"),
+        (("bounces = [1, 2]", "bounces = [2, 2]"), "bounces = [2, 2]: expected each once"),
+        (("bounces = [1, 2]", "bounces = [-1, 2]"), "bounces = [-1, 2]"),
+        (
+            ('"furnace-box"', '"furnace-bax"'),
+            "deviation[0]: no case is called 'furnace-bax': did you mean furnace-box",
+        ),
+        (("mitsuba:scalar_rgb", "mitsuba:scalar"), "deviation[0]: no renderer is called 'mitsuba:scalar'"),
         (("[[deviation]]", "[[deviation]"), "known.toml"),
     ],
 )
@@ -67,6 +76,13 @@ def test_a_wrong_file_is_refused(tmp_path: Path, change: tuple[str, str], compla
     with pytest.raises(known.KnownError, match=r"known\.toml") as caught:
         known.load(file)
     assert complaint in str(caught.value)
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "known.toml"
+    file.write_bytes(b"\xff\xfe")
+    with pytest.raises(known.KnownError, match=r"known\.toml"):
+        known.load(file)
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:

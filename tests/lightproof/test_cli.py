@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import signal
@@ -10,12 +11,15 @@ import sys
 import time
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
-from lightproof.cli import app
+from lightproof.cli import app, main
+from lightproof.terminal import show_verdicts
 from scenes.formats import exr
 
 RUN = [sys.executable, "-P", "-m", "lightproof"]
@@ -47,6 +51,8 @@ def flat(text: str) -> str:
         (["render", "nothing"], "no case is called 'nothing': there are cornell-box, furnace-box"),
         (["list", "everything"], "'everything' is not one of"),
         (["explode"], "No such command 'explode'"),
+        (["render", "furnace-box", "--out", "box.jpg"], "box.jpg: expected a name that ends in .exr"),
+        (["validate", "--budget", "inf"], "Invalid value for '--budget'"),
     ],
 )
 def test_wrong_usage_is_explained_and_ends_with_2(arguments: list[str], complaint: str) -> None:
@@ -176,6 +182,37 @@ def test_one_renderer_by_two_names_is_one(tmp_path: Path) -> None:
     names = ("--renderer", "reference", "--renderer", "reference:mis")
     result = validate(tmp_path, "furnace-sphere", *names)
     assert "[1/1] furnace-sphere × reference: pass" in result.output
+
+
+def test_a_bug_is_no_verdict(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def broken(*arguments: Any) -> Any:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("lightproof.cli.run_validation", broken)
+    monkeypatch.setattr(
+        sys, "argv", ["lightproof", "validate", "furnace-box", "--out", str(tmp_path / "out")]
+    )
+    with pytest.raises(SystemExit) as caught:
+        main()
+    assert caught.value.code == 70
+
+
+def test_a_new_run_leaves_nothing_of_the_old_one(tmp_path: Path) -> None:
+    validate(tmp_path, "furnace-sphere", "--renderer", "reference")
+    validate(tmp_path, "furnace-box", "--renderer", "reference", "--budget", "0.1")
+    assert [path.name for path in (tmp_path / "out" / "images").iterdir()] == ["furnace-box"]
+
+
+def test_a_narrow_terminal_gets_a_list() -> None:
+    narrow, wide = (Console(width=width, file=io.StringIO()) for width in (40, 200))
+    shown = {"verdict": "pass", "bias": 0.001, "interval": (-0.001, 0.003), "decided_by": "image"}
+    bounces = [SimpleNamespace(bounce=k, **shown) for k in range(6)]
+    comparison = SimpleNamespace(case="furnace-box", renderer="mitsuba", verdict="pass", bounces=bounces)
+    outcome: Any = SimpleNamespace(comparisons=[comparison])
+    for out in (narrow, wide):
+        show_verdicts(out, outcome)
+    assert "T⁵E +0.10±0.20" in narrow.file.getvalue()
+    assert "furnace-box   mitsuba    pass" in wide.file.getvalue()
 
 
 def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path) -> None:

@@ -74,7 +74,7 @@ def test_plain_text() -> None:
         (["pass"], "pass", "The only comparison passed."),
         (["pass", "pass"], "pass", "All 2 comparisons passed."),
         (["pass", "unsupported"], "pass", "1 of 2 comparisons passed; the rest is unsupported."),
-        (["pass", "known"], "known", "1 of 2 comparisons passed with a known deviation; nothing failed."),
+        (["pass", "known"], "known", "Nothing failed: 1 passed, 1 with a known deviation."),
         (["unsupported"], "unsupported", "Nothing was compared."),
         ([], "unsupported", "Nothing was compared."),
         (["pass", "inconclusive"], "inconclusive", "1 of 2 comparisons stayed inconclusive."),
