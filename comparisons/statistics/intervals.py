@@ -11,6 +11,10 @@ denominator of a region:
 ``own`` intervals have the level of one look each: an intersection–union test passes if all of them lie inside
 the tolerance (Berger 1982). ``simultaneous`` ones hold together over all m intervals of a comparison, α / m
 each (Bonferroni). Looks are sequential: look j spends α / (j (j + 1)), which sums to α over any number of them.
+
+All of this takes the means of replicates for normal. An estimator of infinite variance (next-event estimation
+alone between walls that meet, say) has none that are, and can be failed wrongly; so can a region in which no
+sample has found any light yet, since its spread is zero.
 """
 
 from __future__ import annotations
