@@ -14,7 +14,7 @@
     link = "https://…"
 
 A bounce whose deviation is measured to be the declared one has the verdict ``known``: the intervals of the declared
-channels lie inside declared ± within, those of the others inside ± tolerance. Anything else fails, a smaller
+channels lie inside declared ± within, those of the others inside ± tolerance. Clearly anything else fails, a smaller
 deviation as well as a larger one. One that has vanished passes, and the report asks for the entry to go.
 """
 

@@ -1,4 +1,4 @@
-"""A browser that complains, for every test that opens a report."""
+"""For tests of every folder: a browser that complains, and the processes that are running."""
 
 from __future__ import annotations
 
@@ -7,9 +7,35 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
+
+
+class Process(NamedTuple):
+    """What Linux says of a process."""
+
+    pid: int
+    state: str
+    parent: int
+    group: int
+
+
+@pytest.fixture
+def processes() -> Callable[[], list[Process]]:
+    """All that are running now."""
+
+    def running() -> list[Process]:
+        found = []
+        for stat in Path("/proc").glob("[0-9]*/stat"):
+            try:
+                state, parent, group = stat.read_text().rsplit(")", 1)[1].split()[:3]
+            except OSError:
+                continue  # it ended while we looked
+            found.append(Process(int(stat.parent.name), state, int(parent), int(group)))
+        return found
+
+    return running
 
 
 class Watched:

@@ -84,6 +84,7 @@ def _refuse_cancellation(bounces: Sequence[int], terms: Array, sums: Array) -> N
     """Refuse terms so small that single precision can't hold them as a difference of two sums.
 
     A sum is rounded to 2⁻²⁴ of itself, so a term of 2⁻¹³ of the sum is exact to 2⁻¹¹, a twentieth of a percent.
+    A term that is exactly 0 is judged: a lost bounce must fail, not be refused.
 
     Raises:
         Unsupported: naming the bounce.

@@ -50,7 +50,7 @@ class Renderer(Protocol):
 
         Args:
             scene: what to render; the sensor says at which resolution.
-            bounces: ascending. A renderer may make more than these, if that costs it nothing.
+            bounces: ascending.
             spp: samples per pixel.
             seed: different seeds give independent images, the same seed the same one.
 

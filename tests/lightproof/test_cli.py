@@ -215,7 +215,10 @@ def test_a_narrow_terminal_gets_a_list() -> None:
     assert "furnace-box   mitsuba    pass" in wide.file.getvalue()
 
 
-def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path) -> None:
+def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path, processes: Any) -> None:
+    def group(leader: int) -> set[int]:
+        return {process.pid for process in processes() if process.group == leader and process.state != "Z"}
+
     run = subprocess.Popen(
         [
             *RUN,
@@ -234,28 +237,15 @@ def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path) -> None:
         start_new_session=True,
     )
     deadline = time.monotonic() + 60
-    while not _group(run.pid) - {run.pid} and time.monotonic() < deadline:
+    while not group(run.pid) - {run.pid} and time.monotonic() < deadline:
         time.sleep(0.1)
-    assert _group(run.pid) - {run.pid}, "no renderer was started"
+    assert group(run.pid) - {run.pid}, "no renderer was started"
     os.killpg(run.pid, signal.SIGINT)
     _, errors = run.communicate(timeout=30)
     assert run.returncode == 130
     assert "interrupted" in errors
     assert "Traceback" not in errors
-    assert not _group(run.pid)
-
-
-def _group(leader: int) -> set[int]:
-    """The processes of a process group."""
-    found = set()
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = stat.read_text().rsplit(")", 1)[1].split()
-        except OSError:
-            continue  # it ended while we looked
-        if int(fields[2]) == leader and fields[0] != "Z":
-            found.add(int(stat.parent.name))
-    return found
+    assert not group(run.pid)
 
 
 @pytest.mark.browser

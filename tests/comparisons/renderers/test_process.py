@@ -20,19 +20,6 @@ def scene() -> Scene:
     return library.case("furnace-box").scene.resized(8, 8)
 
 
-def children() -> set[int]:
-    """The processes that this one has started and that still are."""
-    found = set()
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = stat.read_text().rsplit(")", 1)[1].split()
-        except OSError:
-            continue  # it ended while we looked
-        if int(fields[1]) == os.getpid():
-            found.add(int(stat.parent.name))
-    return found
-
-
 @pytest.mark.parametrize(
     ("name", "error", "message"),
     [
@@ -50,11 +37,14 @@ def children() -> set[int]:
     ],
 )
 def test_misbehaviour_is_told_apart(
-    wrong: Any, scene: Scene, name: str, error: type[Exception], message: str
+    wrong: Any, scene: Scene, name: str, error: type[Exception], message: str, processes: Any
 ) -> None:
-    before = children()
-    with RendererProcess(name) as process, pytest.raises(error, match=message):
-        process.render(scene, bounces=range(4), spp=1, seed=0, timeout=1.0 if name == "wrong:hang" else 60.0)
+    def children() -> set[int]:
+        return {process.pid for process in processes() if process.parent == os.getpid()}
+
+    before, timeout = children(), 1.0 if name == "wrong:hang" else 60.0
+    with RendererProcess(name) as renderer, pytest.raises(error, match=message):
+        renderer.render(scene, bounces=range(4), spp=1, seed=0, timeout=timeout)
     assert children() <= before
 
 
