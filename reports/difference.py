@@ -69,7 +69,7 @@ def automatic_scale(field: Field) -> float:
     Pixels without any difference don't count, or a small lamp in a dark image would always be saturated.
     """
     finite = np.abs(field[np.isfinite(field) & (field != 0)])
-    return max(float(np.percentile(finite, 99)), _FLOOR) if finite.size else 1.0
+    return max(float(np.percentile(finite, 99)), _FLOOR) if finite.size else _FLOOR
 
 
 def colours(field: Field, scale: float) -> Pixels:
