@@ -1,27 +1,82 @@
 """What is rendered, and what the answer is: scenes, cases, closed forms. It knows no renderer."""
 
 from scenes.case import Case, Estimate, Formula, Tolerance, Truth
-from scenes.lights import AreaLight, PolarRange
-from scenes.materials import Lambertian
+from scenes.images import Image
+from scenes.lights import (
+    AreaLight,
+    ConstantEnvironment,
+    DeltaLight,
+    DirectionalLight,
+    Environment,
+    EnvironmentMap,
+    Light,
+    PointLight,
+    PolarRange,
+    SphericalHarmonicsEnvironment,
+    SpotLight,
+)
+from scenes.materials import (
+    Blend,
+    Checkerboard,
+    Conductor,
+    Dielectric,
+    ImageTexture,
+    Lambertian,
+    Material,
+    Mirror,
+    RoughConductor,
+    RoughDielectric,
+    Texture,
+)
 from scenes.names import UnknownNameError
 from scenes.scene import Scene
-from scenes.sensor import Pinhole
-from scenes.surfaces import Quad, Sphere, Surface, box
+from scenes.sensor import IrradianceMeter, Orthographic, Pinhole, RadianceMeter, Sensor, ThinLens
+from scenes.shapes import Disk, Ellipsoid, Mesh, Quad, Shape, Sphere
+from scenes.surfaces import Surface, box
 from scenes.validation import SceneError
 
 __all__ = [
     "AreaLight",
+    "Blend",
     "Case",
+    "Checkerboard",
+    "Conductor",
+    "ConstantEnvironment",
+    "DeltaLight",
+    "Dielectric",
+    "DirectionalLight",
+    "Disk",
+    "Ellipsoid",
+    "Environment",
+    "EnvironmentMap",
     "Estimate",
     "Formula",
+    "Image",
+    "ImageTexture",
+    "IrradianceMeter",
     "Lambertian",
+    "Light",
+    "Material",
+    "Mesh",
+    "Mirror",
+    "Orthographic",
     "Pinhole",
+    "PointLight",
     "PolarRange",
     "Quad",
+    "RadianceMeter",
+    "RoughConductor",
+    "RoughDielectric",
     "Scene",
     "SceneError",
+    "Sensor",
+    "Shape",
     "Sphere",
+    "SphericalHarmonicsEnvironment",
+    "SpotLight",
     "Surface",
+    "Texture",
+    "ThinLens",
     "Tolerance",
     "Truth",
     "UnknownNameError",

@@ -1,12 +1,30 @@
-"""Lights: what a surface emits by itself, the data of E."""
+"""Lights: what emits by itself, the data of E.
+
+An area light belongs to a surface. Point, spot and directional lights have no radiance as a field: they are
+met by next event only. An environment is the radiance that comes from infinitely far.
+"""
 
 from __future__ import annotations
 
 import math
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
-from scenes.validation import SceneError, instance, number, numbers, path, unit_vector
+from scenes.images import Image
+from scenes.validation import (
+    SceneError,
+    Vector,
+    finite,
+    instance,
+    number,
+    numbers,
+    path,
+    unit_vector,
+    vector,
+    vector_of,
+)
 
 
 class PolarRange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -19,7 +37,7 @@ class PolarRange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     low: float = 0.0
     high: float = 180.0
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    axis: Vector = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
         unit_vector(self, "axis")
@@ -57,9 +75,199 @@ class AreaLight(msgspec.Struct, frozen=True, tag_field="type", tag="area", forbi
     polar_range: PolarRange | None = None
 
     def __post_init__(self) -> None:
-        if not numbers(self, "radiance", low=0.0):
-            raise SceneError(path(self, "radiance"), self.radiance, "one number per channel")
+        _per_channel(self, "radiance")
         instance(self, "polar_range", PolarRange | None, "a PolarRange or None")
 
 
 Emission = AreaLight
+
+
+class PointLight(msgspec.Struct, frozen=True, tag_field="type", tag="point", forbid_unknown_fields=True):
+    """Emits from one point, the same into every direction.
+
+    Attributes:
+        position: world coordinates.
+        intensity: per channel, ≥ 0, W·sr⁻¹: at distance r the irradiance is intensity · cos θ / r².
+    """
+
+    position: Vector
+    intensity: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        vector(self, "position")
+        _per_channel(self, "intensity")
+
+    @property
+    def channels(self) -> int:
+        """Channels of the intensity."""
+        return len(self.intensity)
+
+
+class SpotLight(msgspec.Struct, frozen=True, tag_field="type", tag="spot", forbid_unknown_fields=True):
+    """Emits from one point into a cone.
+
+    The intensity is the full one up to the angle ``beam`` from the direction, 0 from ``cutoff`` on, and falls
+    linearly with the angle in between.
+
+    Attributes:
+        position: world coordinates.
+        direction: the axis of the cone; normalised.
+        intensity: on the axis, per channel, ≥ 0, W·sr⁻¹.
+        cutoff, beam: half angles in degrees, 0 ≤ beam ≤ cutoff, 0 < cutoff ≤ 180.
+    """
+
+    position: Vector
+    direction: Vector
+    intensity: tuple[float, ...]
+    cutoff: float
+    beam: float
+
+    def __post_init__(self) -> None:
+        vector(self, "position")
+        unit_vector(self, "direction")
+        _per_channel(self, "intensity")
+        if not 0 < number(self, "cutoff", "degrees in (0, 180]") <= 180:
+            raise SceneError(path(self, "cutoff"), self.cutoff, "degrees in (0, 180]")
+        expected = f"degrees in [0, cutoff = {self.cutoff:g}]"
+        if not 0 <= number(self, "beam", expected) <= self.cutoff:
+            raise SceneError(path(self, "beam"), self.beam, expected)
+
+    @property
+    def channels(self) -> int:
+        """Channels of the intensity."""
+        return len(self.intensity)
+
+
+class DirectionalLight(
+    msgspec.Struct, frozen=True, tag_field="type", tag="directional", forbid_unknown_fields=True
+):
+    """Parallel light from infinitely far.
+
+    Attributes:
+        direction: where the light travels to; normalised.
+        irradiance: on a plane across the direction, per channel, ≥ 0, W·m⁻².
+    """
+
+    direction: Vector
+    irradiance: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        unit_vector(self, "direction")
+        _per_channel(self, "irradiance")
+
+    @property
+    def channels(self) -> int:
+        """Channels of the irradiance."""
+        return len(self.irradiance)
+
+
+class ConstantEnvironment(
+    msgspec.Struct, frozen=True, tag_field="type", tag="constant", forbid_unknown_fields=True
+):
+    """The same radiance from every direction.
+
+    Attributes:
+        radiance: per channel, ≥ 0, W·m⁻²·sr⁻¹.
+    """
+
+    radiance: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        _per_channel(self, "radiance")
+
+    @property
+    def channels(self) -> int:
+        """Channels of the radiance."""
+        return len(self.radiance)
+
+
+_WORLD: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class EnvironmentMap(
+    msgspec.Struct, frozen=True, tag_field="type", tag="environment_map", forbid_unknown_fields=True
+):
+    """Radiance by latitude and longitude, bilinear between the centres of pixels.
+
+    The top edge of the image is the local direction +z, the bottom edge −z. The left edge looks along local +x;
+    to the right the longitude grows towards +y, once round. Beyond the centres of the first and last row the
+    values stay constant along the meridian.
+
+    Attributes:
+        image: radiance, W·m⁻²·sr⁻¹.
+        axes: world directions of the local x, y and z axis, orthonormal (left-handed mirrors the map).
+    """
+
+    image: Image
+    axes: tuple[Vector, Vector, Vector] = _WORLD
+
+    def __post_init__(self) -> None:
+        instance(self, "image", Image, "an Image")
+        _orthonormal(self, "axes")
+
+    @property
+    def channels(self) -> int:
+        """Channels of the radiance."""
+        return self.image.channels
+
+
+class SphericalHarmonicsEnvironment(
+    msgspec.Struct, frozen=True, tag_field="type", tag="spherical_harmonics", forbid_unknown_fields=True
+):
+    """Radiance as a sum of real spherical harmonics, Σ c_lm Y_lm, nowhere negative.
+
+    Attributes:
+        coefficients: c_lm at index l(l + 1) + m, each one number per channel; their count is a square.
+        axes: world directions of the local x, y and z axis, orthonormal.
+    """
+
+    coefficients: tuple[tuple[float, ...], ...]
+    axes: tuple[Vector, Vector, Vector] = _WORLD
+
+    def __post_init__(self) -> None:
+        rows = []
+        for i, row in enumerate(self.coefficients):
+            if len(row) != len(self.coefficients[0]) or not row:
+                expected = f"{len(self.coefficients[0])} channels, as coefficients[0] has"
+                raise SceneError(path(self, f"coefficients[{i}]"), row, expected)
+            rows.append(tuple(finite(self, f"coefficients[{i}][{j}]", value) for j, value in enumerate(row)))
+        if not rows or math.isqrt(len(rows)) ** 2 != len(rows):
+            raise SceneError(path(self, "coefficients"), len(rows), "1, 4, 9, 16 … of them")
+        msgspec.structs.force_setattr(self, "coefficients", tuple(rows))
+        _orthonormal(self, "axes")
+
+    @property
+    def channels(self) -> int:
+        """Channels of the radiance."""
+        return len(self.coefficients[0])
+
+
+DeltaLight = PointLight | SpotLight | DirectionalLight
+Environment = ConstantEnvironment | EnvironmentMap | SphericalHarmonicsEnvironment
+Light = DeltaLight | Environment
+"""What emits without being a surface."""
+
+
+def emits(light: Light) -> bool:
+    """Whether any channel is above zero."""
+    if isinstance(light, EnvironmentMap):
+        return bool(light.image.array.max() > 0)
+    if isinstance(light, SphericalHarmonicsEnvironment):
+        return any(light.coefficients[0])
+    if isinstance(light, DirectionalLight):
+        return any(light.irradiance)
+    return any(light.radiance if isinstance(light, ConstantEnvironment) else light.intensity)
+
+
+def _per_channel(owner: msgspec.Struct, field: str) -> None:
+    if not numbers(owner, field, low=0.0):
+        raise SceneError(path(owner, field), getattr(owner, field), "one number per channel")
+
+
+def _orthonormal(owner: EnvironmentMap | SphericalHarmonicsEnvironment, field: str) -> None:
+    axes: NDArray[np.float64] = np.array(
+        [vector_of(owner, f"{field}[{i}]", a) for i, a in enumerate(owner.axes)]
+    )
+    if axes.shape != (3, 3) or not np.allclose(axes @ axes.T, np.eye(3), atol=1e-9):
+        raise SceneError(path(owner, field), owner.axes, "three orthonormal vectors")
+    msgspec.structs.force_setattr(owner, field, tuple(tuple(axis) for axis in axes.tolist()))

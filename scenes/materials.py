@@ -1,24 +1,266 @@
-"""Materials: how a surface reflects, the data of R."""
+"""Materials: how a surface reflects, the data of R.
+
+``albedo``, ``reflectance``, ``eta`` and ``k`` have one number per channel. A material without such a field, a
+dielectric, goes with any number of channels.
+"""
 
 from __future__ import annotations
 
+from typing import Literal
+
 import msgspec
 
-from scenes.validation import SceneError, numbers, path
+from scenes.images import Image
+from scenes.validation import SceneError, instance, number, numbers, path
+
+
+class Checkerboard(
+    msgspec.Struct, frozen=True, tag_field="type", tag="checkerboard", forbid_unknown_fields=True
+):
+    """Two values in turn over squares of texture coordinates (u, v).
+
+    Attributes:
+        even, odd: per channel, in [0, 1]; ``even`` is the square that holds (0, 0).
+        columns, rows: squares along u and along v.
+    """
+
+    even: tuple[float, ...]
+    odd: tuple[float, ...]
+    columns: int = 2
+    rows: int = 2
+
+    def __post_init__(self) -> None:
+        even, odd = _reflectance(self, "even"), _reflectance(self, "odd")
+        if len(even) != len(odd):
+            raise SceneError(path(self, "odd"), odd, f"{len(even)} channels, as even has")
+        for field in ("columns", "rows"):
+            count = getattr(self, field)
+            if not isinstance(count, int) or isinstance(count, bool) or count < 1:
+                raise SceneError(path(self, field), count, "a whole number, at least 1")
+
+    @property
+    def channels(self) -> int:
+        """Numbers per value."""
+        return len(self.even)
+
+
+class ImageTexture(msgspec.Struct, frozen=True, tag_field="type", tag="image", forbid_unknown_fields=True):
+    """An image over texture coordinates: its top left corner is (0, 1), its bottom right one (1, 0).
+
+    Attributes:
+        image: values in [0, 1].
+        interpolation: ``nearest``, or ``bilinear`` between the centres of pixels, held constant beyond the last.
+    """
+
+    image: Image
+    interpolation: Literal["nearest", "bilinear"] = "bilinear"
+
+    def __post_init__(self) -> None:
+        instance(self, "image", Image, "an Image")
+        if self.image.array.max() > 1:
+            raise SceneError(path(self, "image"), float(self.image.array.max()), "no value above 1")
+        if self.interpolation not in ("nearest", "bilinear"):
+            raise SceneError(path(self, "interpolation"), self.interpolation, "nearest or bilinear")
+
+    @property
+    def channels(self) -> int:
+        """Numbers per value."""
+        return self.image.channels
+
+
+Texture = Checkerboard | ImageTexture
 
 
 class Lambertian(msgspec.Struct, frozen=True, tag_field="type", tag="lambertian", forbid_unknown_fields=True):
     """Reflects the same radiance into every direction: f_r = albedo / π (Lambert 1760).
 
     Attributes:
-        albedo: reflectance per channel, each in [0, 1].
+        albedo: reflectance per channel, each in [0, 1], or a texture of such.
     """
 
-    albedo: tuple[float, ...]
+    albedo: tuple[float, ...] | Texture
 
     def __post_init__(self) -> None:
-        if not numbers(self, "albedo", low=0.0, high=1.0):
-            raise SceneError(path(self, "albedo"), self.albedo, "one number per channel")
+        if not isinstance(self.albedo, Texture):
+            _reflectance(self, "albedo")
+
+    @property
+    def channels(self) -> int:
+        """Channels of the albedo."""
+        return self.albedo.channels if isinstance(self.albedo, Texture) else len(self.albedo)
+
+    @property
+    def textured(self) -> bool:
+        """Whether the albedo depends on texture coordinates."""
+        return isinstance(self.albedo, Texture)
 
 
-Material = Lambertian
+class Mirror(msgspec.Struct, frozen=True, tag_field="type", tag="mirror", forbid_unknown_fields=True):
+    """Reflects into the mirrored direction alone, at any angle the same share.
+
+    Attributes:
+        reflectance: per channel, each in [0, 1].
+    """
+
+    reflectance: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        _reflectance(self, "reflectance")
+
+    @property
+    def channels(self) -> int:
+        """Channels of the reflectance."""
+        return len(self.reflectance)
+
+
+class Dielectric(msgspec.Struct, frozen=True, tag_field="type", tag="dielectric", forbid_unknown_fields=True):
+    """A smooth boundary between two clear media; reflects and refracts by Fresnel's equations.
+
+    The front of the surface looks into the exterior. Radiance scales by (η / η′)² where it is refracted.
+
+    Attributes:
+        interior_ior: index of refraction behind the surface, > 0.
+        exterior_ior: index of refraction in front of it, > 0.
+    """
+
+    interior_ior: float = 1.5
+    exterior_ior: float = 1.0
+
+    def __post_init__(self) -> None:
+        _positive(self, "interior_ior", "exterior_ior")
+
+    channels = None
+
+
+class Conductor(msgspec.Struct, frozen=True, tag_field="type", tag="conductor", forbid_unknown_fields=True):
+    """A smooth metal; reflects by Fresnel's equations with the complex index η + ik relative to the outside.
+
+    Attributes:
+        eta: per channel, > 0.
+        k: per channel, ≥ 0.
+    """
+
+    eta: tuple[float, ...]
+    k: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        _complex_ior(self)
+
+    @property
+    def channels(self) -> int:
+        """Channels of the index of refraction."""
+        return len(self.eta)
+
+
+class RoughConductor(
+    msgspec.Struct, frozen=True, tag_field="type", tag="rough_conductor", forbid_unknown_fields=True
+):
+    """A rough metal: GGX microfacets, height-correlated Smith shadowing, single scattering (Walter et al. 2007).
+
+    Attributes:
+        eta, k: complex index of refraction per channel, as of a conductor.
+        alpha: roughness, in [0.001, 1].
+    """
+
+    eta: tuple[float, ...]
+    k: tuple[float, ...]
+    alpha: float
+
+    def __post_init__(self) -> None:
+        _complex_ior(self)
+        _roughness(self)
+
+    @property
+    def channels(self) -> int:
+        """Channels of the index of refraction."""
+        return len(self.eta)
+
+
+class RoughDielectric(
+    msgspec.Struct, frozen=True, tag_field="type", tag="rough_dielectric", forbid_unknown_fields=True
+):
+    """A rough boundary between two clear media: GGX microfacets, single scattering (Walter et al. 2007).
+
+    Attributes:
+        alpha: roughness, in [0.001, 1].
+        interior_ior, exterior_ior: as of a dielectric; they must differ.
+    """
+
+    alpha: float
+    interior_ior: float = 1.5
+    exterior_ior: float = 1.0
+
+    def __post_init__(self) -> None:
+        _roughness(self)
+        _positive(self, "interior_ior", "exterior_ior")
+        if self.interior_ior == self.exterior_ior:
+            expected = "another index than exterior_ior: without refraction there is no rough boundary"
+            raise SceneError(path(self, "interior_ior"), self.interior_ior, expected)
+
+    channels = None
+
+
+class Blend(msgspec.Struct, frozen=True, tag_field="type", tag="blend", forbid_unknown_fields=True):
+    """A mixture: (1 − weight) · first + weight · second.
+
+    Attributes:
+        first, second: materials, blends too.
+        weight: in [0, 1].
+    """
+
+    first: Material
+    second: Material
+    weight: float
+
+    def __post_init__(self) -> None:
+        instance(self, "first", Material, "a material")
+        instance(self, "second", Material, "a material")
+        if not 0 <= number(self, "weight", "a number in [0, 1]") <= 1:
+            raise SceneError(path(self, "weight"), self.weight, "a number in [0, 1]")
+        if None not in (self.first.channels, self.second.channels) and (
+            self.first.channels != self.second.channels
+        ):
+            expected = f"{self.first.channels} channels, as the first has"
+            raise SceneError(path(self, "second"), self.second, expected)
+
+    @property
+    def channels(self) -> int | None:
+        """Channels of the two; None if both go with any number."""
+        return self.first.channels if self.first.channels is not None else self.second.channels
+
+
+Material = Lambertian | Mirror | Dielectric | Conductor | RoughConductor | RoughDielectric | Blend
+
+
+def is_textured(material: Material) -> bool:
+    """Whether the material depends on texture coordinates anywhere."""
+    if isinstance(material, Blend):
+        return is_textured(material.first) or is_textured(material.second)
+    return isinstance(material, Lambertian) and material.textured
+
+
+def _reflectance(owner: msgspec.Struct, field: str) -> tuple[float, ...]:
+    values = numbers(owner, field, low=0.0, high=1.0)
+    if not values:
+        raise SceneError(path(owner, field), values, "one number per channel")
+    return values
+
+
+def _positive(owner: msgspec.Struct, *fields: str) -> None:
+    for field in fields:
+        if not number(owner, field, "a number > 0") > 0:
+            raise SceneError(path(owner, field), getattr(owner, field), "a number > 0")
+
+
+def _roughness(owner: RoughConductor | RoughDielectric) -> None:
+    expected = "a roughness in [0.001, 1]; below that use the smooth material"
+    if not 0.001 <= number(owner, "alpha", expected) <= 1:
+        raise SceneError(path(owner, "alpha"), owner.alpha, expected)
+
+
+def _complex_ior(owner: Conductor | RoughConductor) -> None:
+    eta, k = numbers(owner, "eta"), numbers(owner, "k", low=0.0)
+    if not eta or min(eta) <= 0:
+        raise SceneError(path(owner, "eta"), eta, "one number > 0 per channel")
+    if len(k) != len(eta):
+        raise SceneError(path(owner, "k"), k, f"{len(eta)} channels, as eta has")

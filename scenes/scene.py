@@ -1,4 +1,4 @@
-"""A scene: surfaces and a sensor. Frozen, validated, JSON in and out."""
+"""A scene: surfaces, lights and a sensor. Frozen, validated, JSON in and out."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Any
 
 import msgspec
 
+from scenes.coincidence import check_coincidence
+from scenes.lights import Environment, Light, emits
 from scenes.sensor import Sensor
 from scenes.surfaces import Surface
 from scenes.validation import SceneError, instance, path
@@ -18,36 +20,60 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What is rendered.
 
     Attributes:
-        surfaces: at least one of them emits; names are unique; all have the same number of channels.
+        surfaces: their names are unique.
         sensor: where the image is taken.
+        lights: what emits without being a surface; at most one of them is an environment.
+
+    At least one surface or light emits; all have the same number of channels.
     """
 
     surfaces: tuple[Surface, ...]
     sensor: Sensor
+    lights: tuple[Light, ...] = ()
 
     def __post_init__(self) -> None:
-        msgspec.structs.force_setattr(self, "surfaces", tuple(self.surfaces))
-        names: set[str] = set()
         instance(self, "sensor", Sensor, "a sensor")
+        self._check_parts()
+        names: set[str] = set()
         for i, surface in enumerate(self.surfaces):
-            if not isinstance(surface, Surface):
-                raise SceneError(path(self, f"surfaces[{i}]"), surface, "a Surface")
             if surface.name in names:
                 raise SceneError(
                     path(self, f"surfaces[{i}].name"), surface.name, "a name no other surface has"
                 )
             names.add(surface.name)
-            albedo = surface.material.albedo
-            if len(albedo) != self.channels:
-                expected = f"{self.channels} channels, as surfaces[0] has"
-                raise SceneError(path(self, f"surfaces[{i}].material.albedo"), albedo, expected)
-        if not any(surface.emits for surface in self.surfaces):
-            raise SceneError(path(self, "surfaces"), sorted(names), "at least one surface with emission > 0")
+        environments = [i for i, light in enumerate(self.lights) if isinstance(light, Environment)]
+        if len(environments) > 1:
+            place = f"lights[{environments[1]}]"
+            raise SceneError(path(self, place), self.lights[environments[1]], "no second environment")
+        if not any(s.emits for s in self.surfaces) and not any(map(emits, self.lights)):
+            found = [*sorted(names), *(type(light).__name__ for light in self.lights)]
+            raise SceneError(path(self, "surfaces"), found, "at least one surface or light with emission > 0")
+        check_coincidence(self.surfaces)
+
+    def _check_parts(self) -> None:
+        """Freeze surfaces and lights; refuse what is none, and parts whose channels differ."""
+        channels = None
+        for field, kind in (("surfaces", Surface), ("lights", Light)):
+            parts = tuple(getattr(self, field))
+            msgspec.structs.force_setattr(self, field, parts)
+            for i, part in enumerate(parts):
+                if not isinstance(part, kind):
+                    raise SceneError(path(self, f"{field}[{i}]"), part, f"a {field[:-1]}")
+                if part.channels is None:
+                    continue
+                if part.channels != (channels := channels or part.channels):
+                    expected = f"{channels} channels, as what stands before it has"
+                    raise SceneError(path(self, f"{field}[{i}]"), f"{part.channels} channels", expected)
 
     @property
     def channels(self) -> int:
         """How many channels radiance has in this scene."""
-        return len(self.surfaces[0].material.albedo)
+        return next(part.channels for part in (*self.surfaces, *self.lights) if part.channels is not None)
+
+    @property
+    def environment(self) -> Environment | None:
+        """What is seen where no surface is; None for black."""
+        return next((light for light in self.lights if isinstance(light, Environment)), None)
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -55,7 +81,11 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.sensor.height, self.sensor.width, self.channels
 
     def resized(self, width: int, height: int) -> Scene:
-        """The same scene seen through more or fewer pixels; ``fov`` stays that of the smaller axis."""
+        """The same scene seen through more or fewer pixels; ``fov`` stays that of the smaller axis.
+
+        Raises:
+            SceneError: the sensor is a meter, which has one pixel, and more are asked for.
+        """
         return msgspec.structs.replace(
             self, sensor=msgspec.structs.replace(self.sensor, width=width, height=height)
         )

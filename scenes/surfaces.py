@@ -1,88 +1,18 @@
 """Surfaces: a shape, what it reflects and what it emits.
 
-Every surface is one-sided: it reflects and emits on the side its normal points to. Its back is black, but it
-occludes.
+A surface is one-sided: it reflects and emits on the side its normal points to; its back is black, but it
+occludes. A two-sided one does so on both sides. A dielectric has two sides of its own.
 """
 
 from __future__ import annotations
 
-import math
-
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from scenes.lights import Emission
-from scenes.materials import Material
-from scenes.validation import SceneError, Vector, instance, number, path, vector
-
-
-class Quad(msgspec.Struct, frozen=True, tag_field="type", tag="quad", forbid_unknown_fields=True):
-    """A parallelogram: the points corner + s·edge_u + t·edge_v with s, t in [0, 1]. Normal: edge_u × edge_v.
-
-    Attributes:
-        corner: one corner, world coordinates.
-        edge_u, edge_v: the two edges that leave it.
-    """
-
-    corner: Vector
-    edge_u: Vector
-    edge_v: Vector
-
-    def __post_init__(self) -> None:
-        vector(self, "corner")
-        u, v = vector(self, "edge_u"), vector(self, "edge_v")
-        # sine of the angle between the edges: a relative measure, so that a small quad is no degenerate one
-        if not self.area > 1e-9 * math.hypot(*u) * math.hypot(*v):
-            raise SceneError(path(self, "edge_v"), v, f"an edge that spans an area with edge_u = {u}")
-
-    @property
-    def _cross(self) -> NDArray[np.float64]:
-        return np.cross(self.edge_u, self.edge_v)
-
-    @property
-    def area(self) -> float:
-        """|edge_u × edge_v|."""
-        return float(np.linalg.norm(self._cross))
-
-    @property
-    def normal(self) -> NDArray[np.float64]:
-        """The unit normal of the front, ``(3,)``."""
-        return self._cross / np.linalg.norm(self._cross)
-
-    @property
-    def is_rectangle(self) -> bool:
-        """Whether the edges are orthogonal, to rounding."""
-        u, v = np.asarray(self.edge_u), np.asarray(self.edge_v)
-        return bool(abs(u @ v) <= 1e-6 * np.linalg.norm(u) * np.linalg.norm(v))
-
-
-class Sphere(msgspec.Struct, frozen=True, tag_field="type", tag="sphere", forbid_unknown_fields=True):
-    """A sphere.
-
-    Attributes:
-        center: world coordinates.
-        radius: > 0.
-        inward: the front is the inside: for a cavity.
-    """
-
-    center: Vector
-    radius: float
-    inward: bool = False
-
-    def __post_init__(self) -> None:
-        vector(self, "center")
-        if not number(self, "radius", "a number > 0") > 0:
-            raise SceneError(path(self, "radius"), self.radius, "a number > 0")
-        instance(self, "inward", bool, "True or False")
-
-    @property
-    def area(self) -> float:
-        """4πr²."""
-        return 4 * math.pi * self.radius**2
-
-
-Shape = Quad | Sphere
+from scenes.materials import Blend, Dielectric, Material, RoughDielectric, is_textured
+from scenes.shapes import Mesh, Quad, Shape, Sphere
+from scenes.validation import SceneError, Vector, instance, path
 
 
 class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -93,20 +23,28 @@ class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         shape: where it is.
         material: what it reflects.
         emission: what it emits; None for nothing.
+        two_sided: its back reflects and emits as its front does.
     """
 
     name: str
     shape: Shape
     material: Material
     emission: Emission | None = None
+    two_sided: bool = False
 
     def __post_init__(self) -> None:
         instance(self, "name", str, "a name")
         instance(self, "shape", Shape, "a shape")
         instance(self, "material", Material, "a material")
         instance(self, "emission", Emission | None, "an emission or None")
+        instance(self, "two_sided", bool, "True or False")
         if not self.name:
             raise SceneError(path(self, "name"), self.name, "a name that is not empty")
+        if isinstance(self.shape, Mesh) and self.shape.uv is None and is_textured(self.material):
+            expected = "texture coordinates: the material has a texture"
+            raise SceneError(path(self, "shape.uv"), None, expected)
+        if self.two_sided and (media := _has_dielectric(self.material)):
+            raise SceneError(path(self, "two_sided"), True, f"False: {media} has two sides of its own")
         if self.emission is None:
             return
         if self.emission.polar_range is not None and not isinstance(self.shape, Sphere):
@@ -115,14 +53,26 @@ class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 self.emission.polar_range,
                 "None: only a sphere has polar angles",
             )
-        if len(self.emission.radiance) != len(self.material.albedo):
-            expected = f"{len(self.material.albedo)} channels, as the material's albedo has"
+        if self.material.channels not in (None, len(self.emission.radiance)):
+            expected = f"{self.material.channels} channels, as the material has"
             raise SceneError(path(self, "emission.radiance"), self.emission.radiance, expected)
+
+    @property
+    def channels(self) -> int | None:
+        """How many numbers its material and its emission have; None if it goes with any number."""
+        return len(self.emission.radiance) if self.emission else self.material.channels
 
     @property
     def emits(self) -> bool:
         """Whether any channel of its emission is above zero."""
         return self.emission is not None and any(self.emission.radiance)
+
+
+def _has_dielectric(material: Material) -> str:
+    """The type of the dielectric in a material, empty if there is none."""
+    if isinstance(material, Blend):
+        return _has_dielectric(material.first) or _has_dielectric(material.second)
+    return type(material).__name__ if isinstance(material, Dielectric | RoughDielectric) else ""
 
 
 _BOX_FACES = ("left", "right", "bottom", "top", "back", "front")

@@ -87,6 +87,14 @@ def vector(owner: Any, field: str) -> Vector:
     return values
 
 
+def vector_of(owner: Any, field: str, value: Any) -> Vector:
+    """The value as three finite numbers; the field is named in errors only."""
+    if isinstance(value, str) or not isinstance(value, Iterable) or len(tuple(value)) != 3:
+        raise SceneError(path(owner, field), value, "three numbers x, y, z")
+    x, y, z = (finite(owner, f"{field}[{i}]", v) for i, v in enumerate(value))
+    return x, y, z
+
+
 def unit_vector(owner: Any, field: str) -> Vector:
     """Freeze the field into a unit vector and return it; any length but zero may be given."""
     x, y, z = vector(owner, field)

@@ -9,7 +9,8 @@ from scenes.lights import AreaLight
 from scenes.materials import Lambertian
 from scenes.scene import Scene
 from scenes.sensor import Pinhole
-from scenes.surfaces import Quad, Surface, box
+from scenes.shapes import Quad
+from scenes.surfaces import Surface, box
 from scenes.validation import Vector
 
 # measured data: Cornell University Program of Computer Graphics, as converted to RGB in Mitsuba 3

@@ -9,7 +9,8 @@ from scenes.lights import AreaLight
 from scenes.materials import Lambertian
 from scenes.scene import Scene
 from scenes.sensor import Pinhole
-from scenes.surfaces import Sphere, Surface, box
+from scenes.shapes import Sphere
+from scenes.surfaces import Surface, box
 
 _DERIVATION = """\
 Every surface of a closed scene emits the same radiance e in every direction and reflects with the same albedo

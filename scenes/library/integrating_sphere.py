@@ -10,7 +10,8 @@ from scenes.lights import AreaLight, PolarRange
 from scenes.materials import Lambertian
 from scenes.scene import Scene
 from scenes.sensor import Pinhole
-from scenes.surfaces import Sphere, Surface
+from scenes.shapes import Sphere
+from scenes.surfaces import Surface
 
 _DERIVATION = """\
 Between two points x, y of a sphere of radius r the angle to either normal is the same and |x − y| = 2r cos θ,
