@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer import sampling
-from reference_tracer.propagation import Points
+from reference_tracer.points import Points
 from scenes import PolarRange, Quad, Scene, Sphere
 
 Array = NDArray[np.float64]

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer.emission import Emitters
-from reference_tracer.propagation import Points, RayCaster
+from reference_tracer.points import Points
+from reference_tracer.propagation import RayCaster
 from reference_tracer.reflection import LambertianBSDF
 from reference_tracer.sensing import camera_rays
 from scenes import Scene

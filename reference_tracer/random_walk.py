@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from reference_tracer import sampling
 from reference_tracer.emission import Emitters
-from reference_tracer.propagation import NOWHERE, Points, RayCaster
+from reference_tracer.points import NOWHERE, Points
+from reference_tracer.propagation import RayCaster
 from reference_tracer.reflection import LambertianBSDF
 from reference_tracer.sensing import camera_rays
 from scenes import Scene

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer import sampling
-from reference_tracer.propagation import Points
+from reference_tracer.points import Points
 from scenes import Scene
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer.propagation import Points
+from reference_tracer.points import Points
 from scenes import Pinhole
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from reference_tracer.emission import Emitters
-from reference_tracer.propagation import Points
+from reference_tracer.points import Points
 from scenes import AreaLight, Lambertian, Pinhole, PolarRange, Quad, Scene, Sphere, Surface
 from scenes.library import case
 

@@ -6,7 +6,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from reference_tracer.propagation import NOWHERE, Points, RayCaster
+from reference_tracer.points import NOWHERE, Points
+from reference_tracer.propagation import RayCaster
 from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Sphere, Surface, box
 from scenes.library import case
 
