@@ -28,17 +28,28 @@ class Points:
         x: positions, ``(3, n)``.
         n: unit normals of the front, ``(3, n)``; +z NOWHERE, so that a frame about it exists.
         surface: index of the surface in the scene, ``(n,)``; NOWHERE where there is none.
+        ns: shading normals, ``(3, n)``; the array n itself where no mesh has its own.
+        uv: texture coordinates, ``(2, n)``; None in a scene without textures.
     """
 
     x: Array
     n: Array
     surface: Indices
+    ns: Array = None  # type: ignore[assignment]
+    uv: Array | None = None
+
+    def __post_init__(self) -> None:
+        if self.ns is None:
+            self.ns = self.n
 
     def __len__(self) -> int:
         return len(self.surface)
 
     def __getitem__(self, lanes: NDArray[np.bool_] | Indices) -> Points:
-        return Points(self.x[:, lanes], self.n[:, lanes], self.surface[lanes])
+        n = self.n[:, lanes]
+        ns = n if self.ns is self.n else self.ns[:, lanes]
+        uv = None if self.uv is None else self.uv[:, lanes]
+        return Points(self.x[:, lanes], n, self.surface[lanes], ns, uv)
 
     @classmethod
     def nowhere(cls, x: Array) -> Points:
