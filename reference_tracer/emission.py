@@ -1,102 +1,180 @@
-"""E, emission: the radiance surfaces emit, and how next-event estimation picks points of them.
+"""E, emission: the radiance that surfaces and the environment emit, and how next event finds it.
 
-An emitter is chosen with a probability proportional to its power, a point on it uniformly by area. ``sample``
-returns points; ``pdf`` is the density of the same choice as a solid angle, which is what multiple importance
-sampling weighs against the density of the BSDF.
+Next event chooses one emitter with a probability proportional to its power, then a direction towards it. What
+each kind does is in ``area_lights``, ``delta_lights`` and ``environments``; all densities are per solid angle at
+the reference. Powers are estimates where the scene as a whole comes in, since any positive choice is right:
+
+    area           π A · mean radiance, twice for two sides          W
+    point, spot    the integral of the intensity                     W
+    directional    π R² · irradiance                                 W on the disk of the bounding sphere
+    environment    4π · mean radiance · π R²                         W through the same
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer import sampling
-from reference_tracer.points import Points
-from scenes import PolarRange, Quad, Scene, Sphere
+from reference_tracer.area_lights import AreaEmitter, ZoneEmitter, area_lights
+from reference_tracer.delta_lights import DeltaEmitter, delta_lights
+from reference_tracer.emitter_sample import EmitterSample
+from reference_tracer.environments import EnvironmentEmitter, NegativeRadianceError, environment
+from reference_tracer.propagation import NOWHERE, Points
+from scenes import Disk, Mesh, Quad, Scene, Shape, Sphere
+
+__all__ = ["EmitterSample", "Emitters", "NegativeRadianceError", "bounding_radius"]
 
 Array = NDArray[np.float64]
 
 
 class Emitters:
-    """All that emits in a scene."""
+    """All that emits in a scene.
 
-    def __init__(self, scene: Scene) -> None:
-        surfaces = scene.surfaces
-        dark = (0.0,) * scene.channels
-        # one entry more than there are surfaces: NOWHERE = −1 finds it, and it is dark
-        radiance = [s.emission.radiance if s.emission else dark for s in surfaces]
-        self._radiance = np.array([*radiance, dark]).T
-        zones = [(s.emission and s.emission.polar_range) or PolarRange() for s in surfaces]
-        self._zone_axes = np.array([zone.axis for zone in zones]).T
-        self._zone_cosines = np.array([zone.cosines for zone in zones]).T
-        self._outward = np.array(
-            [-1 if isinstance(s.shape, Sphere) and s.shape.inward else 1 for s in surfaces]
-        )
-        self._limited = np.array([zone.fraction < 1 for zone in zones] + [False])
+    Args:
+        scene: the scene.
+        delta_only: next event chooses among point, spot and directional lights alone, which nothing else finds.
 
-        area = np.array([s.shape.area for s in surfaces]) * [zone.fraction for zone in zones]
-        power = self._radiance[:, :-1].mean(axis=0) * area
+    Attributes:
+        dimensions: random numbers that a sample takes: 2, one more for a choice among several emitters; 0 if
+            there is nothing to choose from.
+
+    Raises:
+        NegativeRadianceError: a spherical-harmonics environment is negative somewhere.
+    """
+
+    def __init__(self, scene: Scene, delta_only: bool = False) -> None:
+        self._channels, radius = scene.channels, bounding_radius(scene)
+        self._areas = area_lights(scene)
+        self._environment = environment(scene, radius)
+        # one entry more than there are surfaces: NOWHERE = −1 finds it
+        self._emits = np.zeros(len(scene.surfaces) + 1, dtype=bool)
+        self._radiance = np.zeros((self._channels, len(self._emits)))
+        for i, area in self._areas.items():
+            self._emits[i], self._radiance[:, i] = True, area.radiance[:, 0]
+        self._zones = [i for i, area in self._areas.items() if isinstance(area, ZoneEmitter)]
+        self._prepare_choice(delta_lights(scene, radius), delta_only)
+
+    def _prepare_choice(self, deltas: list[DeltaEmitter], delta_only: bool) -> None:
+        by_surface: dict[int, AreaEmitter | EnvironmentEmitter] = {}
+        if not delta_only:
+            by_surface |= self._areas
+            if self._environment is not None and self._environment.power > 0:
+                by_surface[NOWHERE] = self._environment
+        self._emitters = [*by_surface.values(), *(light for light in deltas if light.power > 0)]
+        power = np.array([emitter.power for emitter in self._emitters])
         self._choice = power / power.sum()
-        self._pdf_area = np.append(self._choice / area, 0.0)
-        self._shapes = [s.shape for s in surfaces]
+        self._ends = np.cumsum(self._choice)[:-1]
+        self.dimensions = 0 if not len(power) else 2 if len(power) == 1 else 3
+        # which of them a ray finds where it meets a surface, or NOWHERE; −1 for none
+        self._found_on = np.full(len(self._emits), -1)
+        self._found_on[list(by_surface)] = np.arange(len(by_surface))
 
     def Le(self, points: Points, wo: Array) -> Array:
-        """Radiance emitted from points along wo.
+        """Radiance emitted from points along wo; from NOWHERE that of the environment in direction −wo.
 
         Args:
             points: n points.
             wo: unit directions away from them, ``(3, n)``.
 
         Returns:
-            ``(channels, n)``; 0 from the back, outside the zone that emits, and NOWHERE.
+            ``(channels, n)``; 0 from the back and outside the zone that emits.
         """
-        cosine = np.einsum("in,in->n", points.n, wo)
-        radiance: Array = self._radiance[:, points.surface] * self._lit(points, cosine)
+        radiance = np.zeros((self._channels, len(points)))
+        lanes = np.flatnonzero(self._emits[points.surface])
+        if len(lanes):
+            surface = points.surface[lanes]
+            lit = np.einsum("in,in->n", points.n[:, lanes], wo[:, lanes]) > 0
+            for i in self._zones:
+                here = np.flatnonzero(surface == i)
+                lit[here] &= self._areas[i].in_zone(points.x[:, lanes[here]])
+            radiance[:, lanes] = self._radiance[:, surface] * lit
+        if self._environment is not None:
+            lanes = np.flatnonzero(points.surface == NOWHERE)
+            radiance[:, lanes] = self._environment.radiance(-wo[:, lanes])
         return radiance
 
-    def _lit(self, points: Points, cosine: Array) -> NDArray[np.bool_]:
-        """Whether a direction at that cosine to the normal leaves the front, and the point is in the zone."""
-        lit = cosine > 0
-        limited = np.flatnonzero(self._limited[points.surface] & lit)
-        lit[limited] = self._in_zone(points[limited])
-        return lit
+    def sample(self, reference: Points, u: Array) -> EmitterSample:
+        """A direction towards an emitter for each reference.
 
-    def _in_zone(self, points: Points) -> NDArray[np.bool_]:
-        outward = points.n * self._outward[points.surface]
-        cosine = np.einsum("in,in->n", outward, self._zone_axes[:, points.surface])
-        low, high = self._zone_cosines[:, points.surface]
-        inside: NDArray[np.bool_] = (low <= cosine) & (cosine <= high)
-        return inside
+        Args:
+            reference: n points.
+            u: numbers in [0, 1), ``(dimensions, n)``.
 
-    def sample(self, rng: np.random.Generator, count: int) -> Points:
-        """Points of emitters, chosen by power, then uniformly by area; ``count`` of them."""
-        points = Points.nowhere(np.zeros((3, count)))
-        points.surface[:] = np.searchsorted(np.cumsum(self._choice)[:-1], rng.random(count), side="right")
-        u = rng.random((2, count))
-        for i in np.flatnonzero(self._choice):
-            lanes = points.surface == i
-            points.x[:, lanes], points.n[:, lanes] = self._sample_shape(int(i), u[:, lanes])
-        return points
-
-    def _sample_shape(self, i: int, u: Array) -> tuple[Array, Array]:
-        """Positions and normals on surface i, uniform by area."""
-        shape = self._shapes[i]
-        if isinstance(shape, Quad):
-            corner, edge_u, edge_v = (
-                np.array(e)[:, None] for e in (shape.corner, shape.edge_u, shape.edge_v)
-            )
-            return corner + u[0] * edge_u + u[1] * edge_v, np.tile(shape.normal[:, None], u.shape[1])
-        outward = sampling.square_to_zone(u, *self._zone_cosines[:, i])
-        axis = np.broadcast_to(self._zone_axes[:, i, None], outward.shape)
-        outward = sampling.to_world(outward, axis)
-        return np.array(shape.center)[:, None] + shape.radius * outward, -outward if shape.inward else outward
-
-    def pdf(self, points: Points, wo: Array, distance_squared: Array) -> Array:
-        """Solid angle density of ``sample`` at the points, seen from the end of a segment along wo.
-
-        The area density p_A becomes p_A t² / cos θ; 0 where nothing is emitted towards wo.
+        Raises:
+            ValueError: there is nothing to choose from (``dimensions`` is 0).
         """
-        cosine = np.einsum("in,in->n", points.n, wo)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            density = self._pdf_area[points.surface] * distance_squared / cosine
-        return np.where(self._lit(points, cosine), density, 0.0)
+        if not self._emitters:
+            raise ValueError("no emitter to choose from: expected dimensions > 0, look at it before sampling")
+        if len(self._emitters) == 1:
+            return self._emitters[0].sample(reference, u)
+        n = len(reference)
+        all_lanes = EmitterSample(
+            np.empty((3, n)),
+            np.empty(n),
+            np.empty((self._channels, n)),
+            np.empty(n),
+            np.empty(n, dtype=bool),
+            np.empty(n, dtype=np.intp),
+        )
+        chosen = np.searchsorted(self._ends, u[2], side="right")
+        for i, lanes in _groups(chosen):
+            part = self._emitters[i].sample(reference[lanes], u[:2, lanes])
+            part = replace(part, pdf=self._choice[i] * part.pdf)
+            for field, values in vars(part).items():
+                getattr(all_lanes, field)[..., lanes] = values
+        return all_lanes
+
+    def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
+        """Solid angle density with which ``sample`` would have chosen directions that were found by chance.
+
+        Args:
+            reference: n points.
+            points: what rays from there along wi meet; NOWHERE is the environment.
+            wi: unit directions, ``(3, n)``.
+
+        Returns:
+            ``(n,)``, the choice of the emitter included; 0 where nothing is emitted towards the reference, and
+            everywhere for ``delta_only``.
+        """
+        density = np.zeros(len(points))
+        emitter = self._found_on[points.surface]
+        lanes = np.flatnonzero(emitter >= 0)
+        facing = np.einsum("in,in->n", points.n[:, lanes], wi[:, lanes]) < 0
+        lanes = lanes[facing | (points.surface[lanes] == NOWHERE)]
+        for i, here in _groups(emitter[lanes]):
+            some = lanes[here]
+            part = self._emitters[i].pdf(reference[some], points[some], wi[:, some])
+            density[some] = self._choice[i] * part
+        return density
+
+
+def _groups(index: NDArray[np.intp]) -> Iterator[tuple[int, NDArray[np.intp]]]:
+    """Each value that occurs, with the lanes where it does."""
+    for i in np.flatnonzero(np.bincount(index)):
+        yield int(i), np.flatnonzero(index == i)
+
+
+def bounding_radius(scene: Scene) -> float:
+    """Radius of a sphere around all surfaces: half the diagonal of their box; 1 if there are none."""
+    if not scene.surfaces:
+        return 1.0
+    corners = np.concatenate([_corners(surface.shape) for surface in scene.surfaces])
+    return float(np.linalg.norm(np.ptp(corners, axis=0))) / 2
+
+
+def _corners(shape: Shape) -> Array:
+    """Points whose box holds the shape, ``(k, 3)``."""
+    if isinstance(shape, Mesh):
+        return np.array(shape.vertices)
+    if isinstance(shape, Quad):
+        corner, u, v = (np.array(e) for e in (shape.corner, shape.edge_u, shape.edge_v))
+        return np.array([corner, corner + u, corner + v, corner + u + v])
+    center = np.array(shape.center)
+    if isinstance(shape, Sphere):
+        return np.array([center - shape.radius, center + shape.radius])
+    axes = [shape.axis_u, shape.axis_v] if isinstance(shape, Disk) else [*shape.matrix.T]
+    half = np.sqrt((np.array(axes) ** 2).sum(axis=0))  # of the box around an ellipse or an ellipsoid, exactly
+    return np.array([center - half, center + half])

@@ -28,16 +28,108 @@ def square_to_cosine_hemisphere_pdf(cos_theta: Array) -> Array:
     return np.maximum(cos_theta, 0) / np.pi
 
 
-def square_to_zone(u: Array, cos_low: Array, cos_high: Array) -> Array:
+def square_to_zone(u: Array, cos_low: Array | float, cos_high: Array | float) -> Array:
     """Points of the unit sphere, uniform on the zone cos_low ≤ z ≤ cos_high (Archimedes: uniform in z)."""
     z = cos_low + (cos_high - cos_low) * u[0]
     radius, phi = np.sqrt(np.maximum(1 - z**2, 0)), 2 * np.pi * u[1]
     return np.stack([radius * np.cos(phi), radius * np.sin(phi), z])
 
 
-def square_to_zone_pdf(cos_low: Array, cos_high: Array) -> Array:
+def square_to_zone_pdf(cos_low: Array | float, cos_high: Array | float) -> Array | float:
     """Density per area of the unit sphere, 1 / 2π(cos_high − cos_low), of the above."""
     return 1 / (2 * np.pi * (cos_high - cos_low))
+
+
+def square_to_cone(u: Array, versine: Array | float) -> Array:
+    """Directions about +z, uniform by solid angle in the cone 1 − cos θ ≤ ``versine``.
+
+    The versine and not the cosine: a narrow cone would lose its digits in 1 − cos θ. All of them stay in
+    sin² θ = w (2 − w), w = 1 − cos θ. A versine of 2 is the whole sphere.
+    """
+    return from_versine(versine * u[0], u[1])
+
+
+def square_to_cone_pdf(versine: Array | float) -> Array | float:
+    """Solid angle density 1 / 2π(1 − cos θ) of the above."""
+    return 1 / (2 * np.pi * versine)
+
+
+def from_versine(versine: Array, turn: Array) -> Array:
+    """The directions with that 1 − cos θ, and the azimuth as a share of a full turn."""
+    radius, phi = np.sqrt(versine * (2 - versine)), 2 * np.pi * turn
+    return np.stack([radius * np.cos(phi), radius * np.sin(phi), 1 - versine])
+
+
+def square_to_disk(u: Array) -> Array:
+    """Points of the unit disk, uniform by area, ``(2, n)``."""
+    radius, phi = np.sqrt(u[0]), 2 * np.pi * u[1]
+    return np.stack([radius * np.cos(phi), radius * np.sin(phi)])
+
+
+def square_to_disk_pdf() -> float:
+    """Density per area, 1 / π, of the above."""
+    return 1 / np.pi
+
+
+def square_to_triangle(u: Array) -> Array:
+    """Points of the triangle s, t ≥ 0, s + t ≤ 1, uniform by area, ``(2, n)``."""
+    root = np.sqrt(u[0])
+    return np.stack([1 - root, root * u[1]])
+
+
+def square_to_triangle_pdf() -> float:
+    """Density per area, 2, of the above."""
+    return 2.0
+
+
+def square_to_spherical_rectangle(u: Array, low: Array, high: Array, height: Array) -> Array:
+    """Points of rectangles, uniform by the solid angle under which the origin sees them.
+
+    Ureña, Fajardo and King 2013, An area-preserving parametrization for spherical rectangles, EGSR 32(4),
+    section 3, with the angles at the corners written by arctangents instead of arccosines, which keep their
+    digits for flat angles too. The part left of x has the solid angle F(x) − F(x₀),
+
+        F(x) = asin(c s₁) − asin(c s₀),   c = x / √(x² + h²),   sᵢ = yᵢ / √(yᵢ² + h²),
+
+    which is solved for c. Within one x, the sine of the elevation towards y is uniform.
+
+    Args:
+        u: ``(2, n)``.
+        low, high: opposite corners (x₀, y₀) and (x₁, y₁) as seen from the origin, ``(2, n)``.
+        height: h > 0, distance from the origin to the plane, ``(n,)``.
+
+    Returns:
+        (x, y), ``(2, n)``.
+    """
+    start = _left_of(low[0], low, high, height)
+    a = start + u[0] * (_left_of(high[0], low, high, height) - start)
+    s0, s1 = (y / np.hypot(y, height) for y in (low[1], high[1]))
+    adjacent, opposite = s1 * np.cos(a) - s0, np.sin(a)
+    # c = opposite / hypot(adjacent, s1 · opposite), and x = h c / √(1 − c²)
+    rest = height / np.hypot(high[1], height) * opposite
+    cosine = np.sqrt(np.maximum((adjacent - rest) * (adjacent + rest), 0))
+    with np.errstate(divide="ignore", invalid="ignore"):  # rounding at the far end of the plane: the edge
+        x = np.clip(np.nan_to_num(height * opposite / cosine), low[0], high[0])
+    across = np.hypot(x, height)
+    h0, h1 = (y / np.hypot(y, across) for y in (low[1], high[1]))
+    elevation = h0 + u[1] * (h1 - h0)
+    with np.errstate(divide="ignore"):
+        y = across * elevation / np.sqrt(1 - elevation**2)
+    return np.stack([x, np.clip(y, low[1], high[1])])
+
+
+def square_to_spherical_rectangle_pdf(low: Array, high: Array, height: Array) -> Array:
+    """Solid angle density of the above: one over the solid angle, inf where rounding leaves none."""
+    angle = _left_of(high[0], low, high, height) - _left_of(low[0], low, high, height)
+    return np.divide(1, angle, out=np.full_like(angle, np.inf), where=angle > 0)
+
+
+def _left_of(x: Array, low: Array, high: Array, height: Array) -> Array:
+    """F(x) above: tan asin(c s) = x y / (h √(x² + y² + h²))."""
+    corners = (np.arctan2(x * y, height * np.sqrt(x**2 + y**2 + height**2)) for y in (high[1], low[1]))
+    top, bottom = corners
+    angle: Array = top - bottom
+    return angle
 
 
 def frame(n: Array) -> tuple[Array, Array]:

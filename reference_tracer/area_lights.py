@@ -1,0 +1,357 @@
+"""Area lights: surfaces that emit, and how a direction towards each shape is chosen.
+
+A density per area p_A becomes one per solid angle at the reference by dω = cos θ dA / t²:
+
+    p = p_A t² / cos θ                                                      (Veach 1997, eq. 8.10)
+
+with t the distance and θ the angle at the emitter. Flat shapes and meshes are chosen by area; rectangles that
+look large, spheres and ellipsoids by solid angle, because t² / cos θ varies without bound close to them.
+
+What ``sample`` and ``pdf`` share is a function of reference and direction alone, so that both always take the
+same way. Neither looks at the normal of the reference.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_tracer import sampling
+from reference_tracer.emitter_sample import EmitterSample
+from reference_tracer.propagation import Points
+from scenes import Disk, Ellipsoid, Mesh, PolarRange, Quad, Scene, Sphere, Surface
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+LOOKS_LARGE = 0.5
+"""area / distance² to its centre from which on a rectangle is chosen by solid angle.
+
+What it buys, measured for a square: there one sample of the irradiance from the front has the relative standard
+deviation 0.02 instead of 0.10, from a slant of 70° 0.17 instead of 0.76; at 16 it is 0.24 to 0.40 instead of
+1.2 to 3.6. It costs about as much again as the choice by area, so a small lamp far away does without.
+"""
+
+SMALL_ANGLE = 1e-3
+"""Solid angle, sr, below which a rectangle is chosen by area all the same: seen edge-on, differences of angles
+have no more digits to give."""
+
+
+def area_lights(scene: Scene) -> dict[int, AreaEmitter]:
+    """The emitters of surfaces that emit, by index of the surface."""
+    emitters: dict[int, AreaEmitter] = {}
+    primitive = 0
+    for i, surface in enumerate(scene.surfaces):
+        if surface.emits:
+            emitters[i] = _emitter(surface, primitive)
+        primitive += len(surface.shape.triangles) if isinstance(surface.shape, Mesh) else 1
+    return emitters
+
+
+def _emitter(surface: Surface, primitive: int) -> AreaEmitter:
+    assert surface.emission is not None
+    shape, zone = surface.shape, surface.emission.polar_range
+    if isinstance(shape, Sphere) and zone is not None and zone.fraction < 1:
+        return ZoneEmitter(surface, primitive, shape, zone)
+    if isinstance(shape, Sphere | Ellipsoid):
+        return EllipsoidEmitter(surface, primitive, shape)
+    if isinstance(shape, Mesh):
+        return MeshEmitter(surface, primitive, shape)
+    return FlatEmitter(surface, primitive, shape)
+
+
+class AreaEmitter(ABC):
+    """A surface that emits. Densities are per solid angle at the reference."""
+
+    def __init__(self, surface: Surface, primitive: int, area: float) -> None:
+        assert surface.emission is not None
+        self.radiance = np.array(surface.emission.radiance)[:, None]
+        self.primitive, self.area, self.two_sided = primitive, area, surface.two_sided
+        self.power = float(self.radiance.mean()) * np.pi * area * (2 if surface.two_sided else 1)
+
+    @abstractmethod
+    def sample(self, reference: Points, u: Array) -> EmitterSample:
+        """A direction towards the emitter for each reference and each u, ``(2, n)``."""
+
+    @abstractmethod
+    def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
+        """Solid angle density with which ``sample`` chooses wi, which meets lit points of this emitter."""
+
+    def in_zone(self, x: Array) -> Mask:
+        """Whether points of the surface emit at all, ``(n,)``."""
+        return np.ones(x.shape[1], dtype=bool)
+
+    def _sample(
+        self, wi: Array, distance: Array, pdf: Array, lit: Mask, primitive: NDArray[np.intp] | None = None
+    ) -> EmitterSample:
+        if primitive is None:
+            primitive = np.full(len(distance), self.primitive)
+        return EmitterSample(wi, distance, self.radiance * lit, pdf, False, primitive)
+
+    def _seen(self, height: Array) -> Mask:
+        """Whether a flat emitter shows a side that emits to references that high above its front."""
+        return height != 0 if self.two_sided else height > 0
+
+
+class FlatEmitter(AreaEmitter):
+    """A quad or a disk, by area; a rectangle that looks large by solid angle.
+
+    From a height h above the plane cos θ = h / t, and the density by area is t³ / (A h).
+    """
+
+    def __init__(self, surface: Surface, primitive: int, shape: Quad | Disk) -> None:
+        super().__init__(surface, primitive, shape.area)
+        quad = isinstance(shape, Quad)
+        self._warp = _square_to_centred_square if quad else sampling.square_to_disk
+        u, v = (
+            np.array(e)
+            for e in (
+                (shape.edge_u, shape.edge_v) if isinstance(shape, Quad) else (shape.axis_u, shape.axis_v)
+            )
+        )
+        center = np.array(shape.corner) + (u + v) / 2 if isinstance(shape, Quad) else np.array(shape.center)
+        along = u / np.linalg.norm(u)
+        # rows: an orthonormal frame about the centre, its first axis along u and its third the normal
+        self._axes, self._center = (
+            np.array([along, np.cross(shape.normal, along), shape.normal]),
+            center[:, None],
+        )
+        self._u, (self._v, self._v_across) = self._axes[0] @ u, self._axes[:2] @ v
+        self._rectangle = quad and bool(abs(self._v) <= 1e-12 * self._v_across)
+
+    def sample(self, reference: Points, u: Array) -> EmitterSample:
+        """As the base class says."""
+        local = self._axes @ (reference.x - self._center)
+        s, t = self._warp(u)
+        segment = np.stack([s * self._u + t * self._v, t * self._v_across, np.zeros_like(s)]) - local
+        lanes, low, high, height = self._by_solid_angle(local)
+        if len(lanes):
+            segment[:2, lanes] = sampling.square_to_spherical_rectangle(u[:, lanes], low, high, height)
+        distance = _norm(segment)
+        distance[distance == 0] = 1  # the reference itself was chosen: not seen, and no NaN
+        lit = self._seen(local[2]) & (reference.primitive != self.primitive)
+        pdf = distance**3 / (self.area * np.where(lit, np.abs(local[2]), 1))
+        if len(lanes):
+            pdf[lanes] = sampling.square_to_spherical_rectangle_pdf(low, high, height)
+        return self._sample(self._axes.T @ (segment / distance), distance, pdf, lit)
+
+    def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
+        """As the base class says."""
+        local = self._axes @ (reference.x - self._center)
+        height = np.abs(local[2])
+        pdf = _distance(reference, points) ** 3 / (self.area * np.where(height > 0, height, 1))
+        lanes, *rectangle = self._by_solid_angle(local)
+        if len(lanes):
+            pdf[lanes] = sampling.square_to_spherical_rectangle_pdf(*rectangle)
+        return np.where(height > 0, pdf, 0)
+
+    def _by_solid_angle(self, local: Array) -> tuple[NDArray[np.intp], Array, Array, Array]:
+        """The lanes to which a rectangle looks large, and there its corners and its height as seen from them."""
+        none = np.empty(0)
+        if not self._rectangle:
+            return none.astype(np.intp), none, none, none
+        lanes = np.flatnonzero(_dot(local, local) * LOOKS_LARGE < self.area)
+        if not len(lanes):
+            return lanes, none, none, none
+        half = np.array([[self._u], [self._v_across]]) / 2
+        low, high, height = -half - local[:2, lanes], half - local[:2, lanes], np.abs(local[2, lanes])
+        kept = (height > 0) & (
+            sampling.square_to_spherical_rectangle_pdf(low, high, height) < 1 / SMALL_ANGLE
+        )
+        return lanes[kept], low[:, kept], high[:, kept], height[kept]
+
+
+def _square_to_centred_square(u: Array) -> Array:
+    return u - 0.5
+
+
+def _dot(a: Array, b: Array) -> Array:
+    product: Array = np.einsum("in,in->n", a, b)
+    return product
+
+
+def _norm(a: Array) -> Array:
+    length: Array = np.sqrt(_dot(a, a))
+    return length
+
+
+def _distance(reference: Points, points: Points) -> Array:
+    return _norm(points.x - reference.x)
+
+
+class MeshEmitter(AreaEmitter):
+    """A mesh, uniform by area: a triangle by its area, then a point of it."""
+
+    def __init__(self, surface: Surface, primitive: int, shape: Mesh) -> None:
+        super().__init__(surface, primitive, shape.area)
+        a, b, c = shape.corners.transpose(1, 2, 0)
+        self._corner, self._u, self._v = a, b - a, c - a
+        self._normal = np.cross(self._u, self._v, axis=0) / (2 * shape.areas)
+        self._shares = shape.areas / shape.area
+        self._ends = np.cumsum(self._shares)
+
+    def sample(self, reference: Points, u: Array) -> EmitterSample:
+        """As the base class says."""
+        triangle = np.searchsorted(self._ends[:-1], u[0], side="right")
+        # within its share of [0, 1) the first number is uniform again
+        rest = (u[0] - self._ends[triangle]) / self._shares[triangle] + 1
+        s, t = sampling.square_to_triangle(np.stack([np.clip(rest, 0, 1), u[1]]))
+        chosen = self._corner[:, triangle] + s * self._u[:, triangle] + t * self._v[:, triangle]
+        segment = chosen - reference.x
+        distance = _norm(segment)
+        distance[distance == 0] = 1
+        height = self._height(reference, triangle)
+        primitive = self.primitive + triangle
+        lit = self._seen(height) & (reference.primitive != primitive)
+        pdf = distance**3 / (self.area * np.where(lit, np.abs(height), 1))
+        return self._sample(segment / distance, distance, pdf, lit, primitive)
+
+    def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
+        """As the base class says."""
+        height = np.abs(self._height(reference, points.primitive - self.primitive))
+        density = _distance(reference, points) ** 3 / (self.area * np.where(height > 0, height, 1))
+        return np.where(height > 0, density, 0)
+
+    def _height(self, reference: Points, triangle: NDArray[np.intp]) -> Array:
+        """Of the references above the planes of triangles."""
+        return _dot(self._normal[:, triangle], reference.x - self._corner[:, triangle])
+
+
+class EllipsoidEmitter(AreaEmitter):
+    """A whole sphere or ellipsoid, by solid angle, in the coordinates in which it is the unit sphere.
+
+    There a reference o sees it
+
+        from outside   in the cone sin θ = 1 / |o|, uniform            p = 1 / 2π(1 − cos θ)
+        from inside    all around, uniform                             p = 1 / 4π
+        from itself    in a half space, by the cosine                  p = cos θ / π
+
+    all about the direction to the centre. The last is the same as uniform by area: t = 2 cos θ, and
+    t² / (4π cos θ) = cos θ / π. For the unit sphere mapped by a matrix M, the direction ŵ becomes
+    w = M ŵ / |M ŵ|, and p becomes p |M ŵ|³ / |det M|; for a sphere that factor is 1.
+
+    From outside the nearer of the two points along ŵ is meant, so the surface never hides what is chosen.
+    """
+
+    def __init__(self, surface: Surface, primitive: int, shape: Sphere | Ellipsoid) -> None:
+        self._matrix = shape.radius * np.eye(3) if isinstance(shape, Sphere) else shape.matrix
+        self._inverse, self._volume = np.linalg.inv(self._matrix), abs(np.linalg.det(self._matrix))
+        super().__init__(surface, primitive, self._surface_area())
+        self._center = np.array(shape.center)[:, None]
+        self._lit_inside, self._lit_outside = (
+            surface.two_sided or shape.inward,
+            surface.two_sided or not shape.inward,
+        )
+
+    def _surface_area(self) -> float:
+        """4π times the mean of dA / dω = |det M| |M⁻ᵀ ω| over the unit sphere, well enough for a choice."""
+        z, weights = np.polynomial.legendre.leggauss(32)
+        around = np.arange(64) / 64
+        omega = sampling.from_versine(np.repeat(1 - z, 64), np.tile(around, 32))
+        stretch = np.linalg.norm(self._inverse.T @ omega, axis=0).reshape(32, 64)
+        return float(4 * np.pi * self._volume * (weights / 2) @ stretch.mean(axis=1))
+
+    def sample(self, reference: Points, u: Array) -> EmitterSample:
+        """As the base class says."""
+        o, outside, on = self._local(reference)
+        squared = _dot(o, o)
+        radius = np.sqrt(squared)
+        versine = np.where(outside, _cone(squared), 2.0) * u[0]
+        versine = np.where(on, u[0] / (1 + np.sqrt(1 - u[0])), versine)  # 1 − √(1 − u)
+        cosine = 1 - versine
+        to_center = np.where(radius > 0, -o / np.where(radius > 0, radius, 1), [[0.0], [0.0], [1.0]])
+        d = sampling.to_world(sampling.from_versine(versine, u[1]), to_center)
+
+        # the distance t solves |o + t d|² = 1; in each case the form in which nothing cancels
+        b, c = radius * cosine, squared - 1
+        root = np.sqrt(np.maximum(1 - squared * versine * (2 - versine), 0))
+        first = outside | (b < 0)
+        t = np.where(
+            on, 2 * cosine, np.where(first, np.abs(c) / np.where(first, np.abs(b) + root, 1), b + root)
+        )
+
+        world = self._matrix @ d
+        stretch = _norm(world)
+        lit = np.where(outside, self._lit_outside, self._lit_inside)
+        pdf = self._local_pdf(squared, outside, on, cosine) * stretch**3 / self._volume
+        return self._sample(world / stretch, t * stretch, np.where(lit, pdf, 1), lit)
+
+    def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
+        """As the base class says."""
+        o, outside, on = self._local(reference)
+        d = self._inverse @ wi
+        squeeze = _norm(d)
+        cosine = -_dot(o, d) / squeeze
+        density = self._local_pdf(_dot(o, o), outside, on, cosine)
+        world: Array = density / (squeeze**3 * self._volume)
+        return world
+
+    def _local(self, reference: Points) -> tuple[Array, Mask, Mask]:
+        """References where the surface is the unit sphere; whether they are outside of it; whether on it."""
+        o: Array = self._inverse @ (reference.x - self._center)
+        on = reference.primitive == self.primitive
+        return o, (_dot(o, o) > 1) & ~on, on
+
+    def _local_pdf(self, squared: Array, outside: Mask, on: Mask, cosine: Array) -> Array:
+        density = np.where(outside, sampling.square_to_cone_pdf(_cone(squared)), 1 / (4 * np.pi))
+        return np.where(on, sampling.square_to_cosine_hemisphere_pdf(cosine), density)
+
+
+def _cone(squared: Array) -> Array:
+    """1 − cos θ of the cone in which the unit sphere is seen from the squared distance; 2 from within."""
+    sine_squared = 1 / np.maximum(squared, 1)
+    versine: Array = sine_squared / (1 + np.sqrt(1 - sine_squared))
+    return versine
+
+
+class ZoneEmitter(AreaEmitter):
+    """A zone of a sphere, uniform by area."""
+
+    def __init__(self, surface: Surface, primitive: int, shape: Sphere, zone: PolarRange) -> None:
+        super().__init__(surface, primitive, shape.area * zone.fraction)
+        self._center, self._radius = np.array(shape.center)[:, None], shape.radius
+        self._axis, self._cosines = np.array(zone.axis), zone.cosines
+        self._lit_inside, self._lit_outside = (
+            surface.two_sided or shape.inward,
+            surface.two_sided or not shape.inward,
+        )
+
+    def in_zone(self, x: Array) -> Mask:
+        """Whether points of the sphere belong to the zone."""
+        cosine = self._axis @ ((x - self._center) / self._radius)
+        inside: Mask = (self._cosines[0] <= cosine) & (cosine <= self._cosines[1])
+        return inside
+
+    def sample(self, reference: Points, u: Array) -> EmitterSample:
+        """As the base class says."""
+        axis = np.broadcast_to(self._axis[:, None], reference.x.shape)
+        outward = sampling.to_world(sampling.square_to_zone(u, *self._cosines), axis)
+        segment = self._center + self._radius * outward - reference.x
+        distance = _norm(segment)
+        distance[distance == 0] = 1
+        wi = segment / distance
+        cosine = self._cosine(reference, outward, wi, distance)
+        lit = self._lit(reference, cosine)
+        pdf = distance**2 / (self.area * np.where(lit, np.abs(cosine), 1))
+        return self._sample(wi, distance, pdf, lit)
+
+    def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
+        """As the base class says."""
+        outward, distance = (points.x - self._center) / self._radius, _distance(reference, points)
+        cosine = np.abs(self._cosine(reference, outward, wi, distance))
+        density = distance**2 / (self.area * np.where(cosine > 0, cosine, 1))
+        return np.where((cosine > 0) & self.in_zone(points.x), density, 0)
+
+    def _cosine(self, reference: Points, outward: Array, wi: Array, distance: Array) -> Array:
+        """Of the angle between the outward normal and the way back to the reference; from itself −t / 2r."""
+        on = reference.primitive == self.primitive
+        return np.where(on, -distance / (2 * self._radius), -_dot(outward, wi))
+
+    def _lit(self, reference: Points, cosine: Array) -> Mask:
+        """Whether the side seen emits. The inner side is seen from within alone; else the sphere hides it."""
+        o = (reference.x - self._center) / self._radius
+        within = (_dot(o, o) <= 1) | (reference.primitive == self.primitive)
+        lit: Mask = np.where(within, (cosine < 0) & self._lit_inside, (cosine > 0) & self._lit_outside)
+        return lit
