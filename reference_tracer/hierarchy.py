@@ -45,18 +45,16 @@ class Hierarchy:
         margin = 1e-14 * (np.abs(lows).max() + np.abs(highs).max())
         self._low, self._high = np.array(lows).T[:, :, None] - margin, np.array(highs).T[:, :, None] + margin
 
-    def meet(self, x: Array, d: Array, start: Indices) -> tuple[Array, Indices]:
+    def meet(self, x: Array, d: Array, start: Indices, t: Array, primitive: Indices) -> None:
         """See ``intersection``."""
-        t, primitive = np.full(len(start), np.inf), np.full(len(start), -1)
         enter, leave = self._spans(x, d)
         met = (enter <= leave) & (leave > 0)
         for child, enters, meets in zip(self._children, enter, met, strict=True):
             lanes = np.flatnonzero(meets & (enters < t))
             if len(lanes):
-                t_child, which = child.meet(x.take(lanes, axis=1), d.take(lanes, axis=1), start.take(lanes))
-                closer = np.flatnonzero(t_child < t.take(lanes))
-                t[lanes[closer]], primitive[lanes[closer]] = t_child[closer], which[closer]
-        return t, primitive
+                t_child, which = t.take(lanes), primitive.take(lanes)
+                child.meet(x.take(lanes, axis=1), d.take(lanes, axis=1), start.take(lanes), t_child, which)
+                t[lanes], primitive[lanes] = t_child, which
 
     def _spans(self, x: Array, d: Array) -> tuple[Array, Array]:
         """Where the rays enter and leave the children's boxes, ``(children, n)`` each."""

@@ -10,9 +10,8 @@ along a ray is the same in every frame.
         x, d: origins and unit directions, ``(3, n)``.
         start: the primitive that each ray starts on, NOWHERE = −1 for none. There is no ray offset: a plane is
             not met again by a ray that starts on it, an ellipsoid only at the other root.
-
-    Returns:
-        Distance t > 0 to the nearest, inf for none, and the index of the primitive met, both ``(n,)``.
+        t: distance to the nearest primitive so far, inf for none, ``(n,)``; updated in place.
+        primitive: which one that is, ``(n,)``; updated in place.
 
 Three things in here are for speed. Arrays lie by component, and nothing is chosen by ``where`` with a scalar,
 nor by ``argmin``: t / valid, with valid 0 or 1, is inf where it should be, and bytes pick the index (both
@@ -54,6 +53,7 @@ class Boxes:
     def __init__(self, centers: Array, axes: Array, faces: Indices) -> None:
         """``faces[box, 2·axis + side]`` is the primitive on the side −1 (0) or +1 (1) of a local axis, or −1."""
         self._rows, self._offsets = frames(centers, axes)
+        self._stacked = self._rows.transpose(1, 0, 2).reshape(-1, 3).copy()
         # code 0: no face. Face f has the code f + 1
         self._faces = np.concatenate([np.full((len(faces), 1), -1), faces], axis=1)
         self._codes = np.array([1, 3, 5], dtype=np.uint8)[:, None]
@@ -61,14 +61,19 @@ class Boxes:
         for box, primitives in enumerate(faces):
             self._box_of[primitives[primitives >= 0]] = box
 
-    def meet(self, x: Array, d: Array, start: Indices) -> tuple[Array, Indices]:
+    def meet(self, x: Array, d: Array, start: Indices, t: Array, primitive: Indices) -> None:
         """See the module."""
-        t, primitive = np.full(len(start), np.inf), np.full(len(start), -1)
         home = self._box_of.take(np.minimum(start, len(self._box_of) - 1))
+        local_x, local_d = (self._stacked @ w for w in (x, d))
         for b in range(len(self._faces)):
             # |x| ≤ 1 along each axis: the ray is within the slab from −x / d − 1 / |d| to −x / d + 1 / |d|
-            inverse = 1 / (self._rows[:, b] @ d + TINY)
-            middle, half = (self._rows[:, b] @ x + self._offsets[:, b]) * inverse, np.abs(inverse)
+            inverse = local_d[3 * b : 3 * b + 3]
+            inverse += TINY
+            np.divide(1, inverse, out=inverse)
+            middle = local_x[3 * b : 3 * b + 3]
+            middle += self._offsets[:, b]
+            middle *= inverse
+            half = np.abs(inverse)
             near, far = -(middle + half), half - middle
             enter, leave = near.max(axis=0), far.min(axis=0)
             lanes = np.flatnonzero((enter < leave) & (leave > 0) & (enter < t))
@@ -87,18 +92,7 @@ class Boxes:
                 face_in = faces.take(((near == enter) * (self._codes + backwards)).max(axis=0))
                 enters &= face_in >= 0
                 t_box, face = np.where(enters, enter, t_box), np.where(enters, face_in, face)
-            self._keep_nearer(t, primitive, lanes, t_box, face)
-        return t, primitive
-
-    @staticmethod
-    def _keep_nearer(t: Array, primitive: Indices, lanes: Indices, t_new: Array, which: Indices) -> None:
-        if len(lanes) == len(t):
-            closer = t_new < t
-            np.copyto(t, np.minimum(t, t_new)), np.copyto(primitive, np.where(closer, which, primitive))
-        else:
-            closer = np.flatnonzero(t_new < t.take(lanes))
-            lanes = lanes.take(closer)
-            t[lanes], primitive[lanes] = t_new.take(closer), which.take(closer)
+            keep_nearer(t, primitive, t_box, face, lanes)
 
 
 class Flats:
@@ -114,17 +108,20 @@ class Flats:
             :, None
         ]
 
-    def meet(self, x: Array, d: Array, start: Indices) -> tuple[Array, Indices]:
+    def meet(self, x: Array, d: Array, start: Indices, t: Array, primitive: Indices) -> None:
         """See the module."""
         (along_a, along_b, across), (a0, b0, height) = self._rows, self._offsets
-        t = (across @ x + height) / -(across @ d + TINY)
-        a = along_a @ x + a0 + t * (along_a @ d)
-        b = along_b @ x + b0 + t * (along_b @ d)
-        valid = (t > 0) & (self._excess(a, b) <= 0) & (start != self._primitives[:, None])
-        t = np.maximum(t, TINY) / valid
-        nearest = t.min(axis=0)
-        which = ((t == nearest) * self._one_based).max(axis=0)
-        return nearest, self._primitives.take(which - 1, mode="clip")
+        t_flat = (across @ x + height) / -(across @ d + TINY)
+        within = (t_flat > 0) & (t_flat < t) & (start != self._primitives[:, None])
+        lanes = np.flatnonzero(within.any(axis=0))
+        if len(lanes) < len(start):
+            x, d, t_flat, within = (values.take(lanes, axis=1) for values in (x, d, t_flat, within))
+        a = along_a @ x + a0 + t_flat * (along_a @ d)
+        b = along_b @ x + b0 + t_flat * (along_b @ d)
+        t_flat = np.maximum(t_flat, TINY) / (within & (self._excess(a, b) <= 0))
+        nearest = t_flat.min(axis=0)
+        which = ((t_flat == nearest) * self._one_based).max(axis=0)
+        keep_nearer(t, primitive, nearest, self._primitives.take(which - 1, mode="clip"), lanes)
 
 
 def quad_excess(a: Array, b: Array) -> Array:
@@ -149,9 +146,8 @@ class Ellipsoids:
         self._rows, self._offsets = frames(centers, axes)
         self._primitives = primitives
 
-    def meet(self, x: Array, d: Array, start: Indices) -> tuple[Array, Indices]:
+    def meet(self, x: Array, d: Array, start: Indices, t: Array, primitive: Indices) -> None:
         """See the module. The discriminant from the distance of the centre to the ray (Haines et al. 2019)."""
-        t, primitive = np.full(len(start), np.inf), np.full(len(start), -1)
         for i, index in enumerate(self._primitives):
             o, local_d = self._rows[:, i] @ x + self._offsets[:, i], self._rows[:, i] @ d
             a = (local_d * local_d).sum(axis=0)
@@ -164,6 +160,17 @@ class Ellipsoids:
             first = np.where(near > 0, near, far)
             first = np.where(starts_here, 2 * middle, first)  # one root is 0, the other one is this
             t_one = np.maximum(first, TINY) / ((first > 0) & ((square > 0) | starts_here))
-            closer = t_one < t
-            t, primitive = np.minimum(t, t_one), np.where(closer, index, primitive)
-        return t, primitive
+            keep_nearer(t, primitive, t_one, np.full(len(start), index))
+
+
+def keep_nearer(
+    t: Array, primitive: Indices, t_new: Array, which: Indices, lanes: Indices | None = None
+) -> None:
+    """Update the nearest so far, ``t`` and ``primitive``, in these lanes (None: in all)."""
+    if lanes is None or len(lanes) == len(t):
+        np.copyto(primitive, np.where(t_new < t, which, primitive))
+        np.minimum(t, t_new, out=t)
+        return
+    closer = np.flatnonzero(t_new < t.take(lanes))
+    lanes = lanes.take(closer)
+    t[lanes], primitive[lanes] = t_new.take(closer), which.take(closer)

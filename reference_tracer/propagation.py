@@ -34,9 +34,8 @@ Indices = NDArray[np.intp]
 class Shapes(Protocol):
     """Some primitives, met together; see ``intersection``."""
 
-    def meet(self, x: Array, d: Array, start: Indices) -> tuple[Array, Indices]:
-        """Distance to the nearest, and which it is."""
-        ...
+    def meet(self, x: Array, d: Array, start: Indices, t: Array, primitive: Indices) -> None:
+        """Look for nearer ones."""
 
 
 class RayCaster:
@@ -87,9 +86,7 @@ def _nearest(shapes: list[Shapes], origin: Points, d: Array) -> tuple[Array, Ind
     t, primitive = np.full(len(origin), np.inf), np.full(len(origin), NOWHERE)
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         for some in shapes:
-            t_some, which = some.meet(origin.x, d, origin.primitive)
-            closer = t_some < t
-            t, primitive = np.minimum(t, t_some), np.where(closer, which, primitive)
+            some.meet(origin.x, d, origin.primitive, t, primitive)
     return t, primitive
 
 
@@ -125,12 +122,15 @@ def _flats(p: Primitives, indices: Indices, excess: Callable[[Array, Array], Arr
 
 
 def _occluders(primitives: Primitives, scene: Scene) -> Indices:
-    """Primitives that may lie between two points of the scene: never a wall that all else is on one side of.
+    """Primitives that may stand between a point of the scene and one of an emitter. In the Cornell box: the blocks.
 
-    In the Cornell box this leaves the blocks. A segment between points on one side of a plane doesn't cross it,
-    nor one between points inside an ellipsoid its surface.
+    Not a wall that all else is on one side of: a segment between points on one side of a plane doesn't cross it,
+    nor one between points inside an ellipsoid its surface. Not the only emitter: it doesn't hide itself.
     """
     everything = np.arange(len(primitives))
+    emitting = np.flatnonzero([scene.surfaces[i].emits for i in primitives.surface])
+    if len(emitting) == 1 and not scene.lights:
+        everything = np.delete(everything, emitting)
     if any(not isinstance(light, PointLight | SpotLight) for light in scene.lights):
         return everything  # some segments end infinitely far
     lights = [light.position for light in scene.lights if isinstance(light, PointLight | SpotLight)]
@@ -145,4 +145,4 @@ def _occluders(primitives: Primitives, scene: Scene) -> Indices:
         side = (points - primitives.center[i]) @ primitives.normal[i]
         return bool(side.min() < -tolerance and side.max() > tolerance)
 
-    return everything[[occludes(i) for i in everything]] if len(everything) else everything
+    return np.array([i for i in everything if occludes(i)], dtype=np.intp)
