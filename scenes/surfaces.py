@@ -9,6 +9,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
+from scenes.channels import check_channels
 from scenes.lights import Emission
 from scenes.materials import Blend, Dielectric, Material, RoughDielectric, is_textured
 from scenes.shapes import Mesh, Quad, Shape, Sphere
@@ -45,17 +46,17 @@ class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             raise SceneError(path(self, "shape.uv"), None, expected)
         if self.two_sided and (media := _has_dielectric(self.material)):
             raise SceneError(path(self, "two_sided"), True, f"False: {media} has two sides of its own")
-        if self.emission is None:
-            return
-        if self.emission.polar_range is not None and not isinstance(self.shape, Sphere):
+        if (
+            self.emission is not None
+            and self.emission.polar_range is not None
+            and not isinstance(self.shape, Sphere)
+        ):
             raise SceneError(
                 path(self, "emission.polar_range"),
                 self.emission.polar_range,
                 "None: only a sphere has polar angles",
             )
-        if self.material.channels not in (None, len(self.emission.radiance)):
-            expected = f"{self.material.channels} channels, as the material has"
-            raise SceneError(path(self, "emission.radiance"), self.emission.radiance, expected)
+        check_channels([("Surface", self)])
 
     @property
     def channels(self) -> int | None:
