@@ -233,6 +233,13 @@ class Blend(msgspec.Struct, frozen=True, tag_field="type", tag="blend", forbid_u
 Material = Lambertian | Mirror | Dielectric | Conductor | RoughConductor | RoughDielectric | Blend
 
 
+def has_dielectric(material: Material) -> bool:
+    """Whether the material, or a part of it, lets light through."""
+    if isinstance(material, Blend):
+        return has_dielectric(material.first) or has_dielectric(material.second)
+    return isinstance(material, Dielectric | RoughDielectric)
+
+
 def is_textured(material: Material) -> bool:
     """Whether the material depends on texture coordinates anywhere."""
     if isinstance(material, Blend):

@@ -11,7 +11,7 @@ import numpy as np
 
 from scenes.channels import check_channels
 from scenes.lights import Emission
-from scenes.materials import Blend, Dielectric, Material, RoughDielectric, is_textured
+from scenes.materials import Material, has_dielectric, is_textured
 from scenes.shapes import Mesh, Quad, Shape, Sphere
 from scenes.validation import SceneError, Vector, instance, path
 
@@ -44,8 +44,8 @@ class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         if isinstance(self.shape, Mesh) and self.shape.uv is None and is_textured(self.material):
             expected = "texture coordinates: the material has a texture"
             raise SceneError(path(self, "shape.uv"), None, expected)
-        if self.two_sided and (media := _has_dielectric(self.material)):
-            raise SceneError(path(self, "two_sided"), True, f"False: {media} has two sides of its own")
+        if self.two_sided and has_dielectric(self.material):
+            raise SceneError(path(self, "two_sided"), True, "False: a dielectric has two sides of its own")
         if (
             self.emission is not None
             and self.emission.polar_range is not None
@@ -67,13 +67,6 @@ class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def emits(self) -> bool:
         """Whether any channel of its emission is above zero."""
         return self.emission is not None and any(self.emission.radiance)
-
-
-def _has_dielectric(material: Material) -> str:
-    """The type of the dielectric in a material, empty if there is none."""
-    if isinstance(material, Blend):
-        return _has_dielectric(material.first) or _has_dielectric(material.second)
-    return type(material).__name__ if isinstance(material, Dielectric | RoughDielectric) else ""
 
 
 _BOX_FACES = ("left", "right", "bottom", "top", "back", "front")
