@@ -223,13 +223,13 @@ def _normalise(mesh: Mesh, normals: Array) -> None:
         found = tuple(normals[unusable[0]].tolist())
         raise SceneError(path(mesh, f"normals[{unusable[0]}]"), found, "a direction, not the zero vector")
     # dividing once more would change the last digits: not what JSON has kept
-    normals = np.where(np.abs(lengths - 1)[:, None] < 1e-15, normals, normals / lengths[:, None])
-    msgspec.structs.force_setattr(mesh, "normals", tuple(map(tuple, normals.tolist())))
+    unit = np.where(np.abs(lengths - 1)[:, None] < 1e-15, normals, normals / lengths[:, None])
+    msgspec.structs.force_setattr(mesh, "normals", tuple(map(tuple, unit.tolist())))
     triangles, (a, b, c) = np.array(mesh.triangles), mesh.corners.transpose(1, 0, 2)
-    cosines = np.einsum("tvi,ti->tv", normals[triangles], np.cross(b - a, c - a))
+    cosines = np.einsum("tvi,ti->tv", unit[triangles], np.cross(b - a, c - a))
     behind = np.argwhere(~(cosines > 0))
     if len(behind):
         triangle, corner = behind[0]
         vertex = mesh.triangles[triangle][corner]
         expected = f"a direction on the front of triangles[{triangle}], whose vertices run counterclockwise"
-        raise SceneError(path(mesh, f"normals[{vertex}]"), mesh.normals[vertex], expected)  # type: ignore[index]
+        raise SceneError(path(mesh, f"normals[{vertex}]"), tuple(normals[vertex].tolist()), expected)
