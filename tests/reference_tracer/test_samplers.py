@@ -61,7 +61,9 @@ def test_numbers_follow_their_lanes(sampler: SamplerName) -> None:
 def test_replicates_differ_and_repeat(sampler: SamplerName) -> None:
     def walks(seed: int) -> np.ndarray:
         blocks = BLOCKS[sampler](8, 8, 128, seed, 2)
-        return np.concatenate([np.concatenate([b.position, b.numbers(2, np.arange(b.position.shape[1]))]) for b in blocks])
+        return np.concatenate(
+            [np.concatenate([b.position, b.numbers(2, np.arange(b.position.shape[1]))]) for b in blocks]
+        )
 
     np.testing.assert_array_equal(walks(5), walks(5))
     assert not np.isin(walks(5).round(12), walks(6).round(12)).any()
@@ -84,7 +86,9 @@ def test_the_mean_of_sobol_points_converges_faster() -> None:
         for seed in range(64):
             total = 0.0
             for block in BLOCKS[sampler](32, 32, 4, seed, 4):
-                u = np.concatenate([block.position / 32, block.numbers(4, np.arange(block.position.shape[1]))])
+                u = np.concatenate(
+                    [block.position / 32, block.numbers(4, np.arange(block.position.shape[1]))]
+                )
                 total += np.prod(1 + (u - 0.5) / 2, axis=0).sum()
             means.append(total / 4096)
         variance[sampler] = np.var(means, ddof=1)
