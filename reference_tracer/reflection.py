@@ -15,9 +15,21 @@ from numpy.typing import NDArray
 
 from reference_tracer import sampling
 from reference_tracer.bsdf import BSDF, TINY, BSDFSample, cosine, dot, front, table
+from reference_tracer.microfacet import RoughConductorBSDF, RoughDielectricBSDF
 from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.specular import ConductorBSDF, DielectricBSDF, MirrorBSDF
 from reference_tracer.textures import Albedo
-from scenes import Blend, Lambertian, Material, Scene
+from scenes import (
+    Blend,
+    Conductor,
+    Dielectric,
+    Lambertian,
+    Material,
+    Mirror,
+    RoughConductor,
+    RoughDielectric,
+    Scene,
+)
 
 __all__ = ["BSDF", "BSDFSample", "BlendBSDF", "LambertianBSDF", "PerSurfaceBSDF", "bsdf_of"]
 
@@ -155,6 +167,11 @@ class BlendBSDF:
 
 _BSDFS: dict[type, Callable[[Sequence[Any], int], BSDF]] = {
     Lambertian: LambertianBSDF,
+    Mirror: MirrorBSDF,
+    Dielectric: DielectricBSDF,
+    Conductor: ConductorBSDF,
+    RoughConductor: RoughConductorBSDF,
+    RoughDielectric: RoughDielectricBSDF,
     Blend: BlendBSDF,
 }
 """What evaluates a type of material."""
