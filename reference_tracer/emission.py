@@ -50,10 +50,11 @@ class Emitters:
         self._areas = area_lights(scene)
         self._environment = environment(scene, radius)
         # one entry more than there are surfaces: NOWHERE = −1 finds it
-        self._emits = np.zeros(len(scene.surfaces) + 1, dtype=bool)
-        self._radiance = np.zeros((self._channels, len(self._emits)))
+        self.emits = np.zeros(len(scene.surfaces) + 1, dtype=bool)
+        self._radiance = np.zeros((self._channels, len(self.emits)))
         for i, area in self._areas.items():
-            self._emits[i], self._radiance[:, i] = True, area.radiance[:, 0]
+            self.emits[i], self._radiance[:, i] = True, area.radiance[:, 0]
+        self.emits[NOWHERE] = self._environment is not None
         self._zones = [i for i, area in self._areas.items() if isinstance(area, ZoneEmitter)]
         self._prepare_choice(delta_lights(scene, radius), delta_only)
 
@@ -69,7 +70,7 @@ class Emitters:
         self._ends = np.cumsum(self._choice)[:-1]
         self.dimensions = 0 if not len(power) else 2 if len(power) == 1 else 3
         # which of them a ray finds where it meets a surface, or NOWHERE; −1 for none
-        self._found_on = np.full(len(self._emits), -1)
+        self._found_on = np.full(len(self.emits), -1)
         self._found_on[list(by_surface)] = np.arange(len(by_surface))
 
     def Le(self, points: Points, wo: Array) -> Array:
@@ -83,7 +84,7 @@ class Emitters:
             ``(channels, n)``; 0 from the back and outside the zone that emits.
         """
         radiance = np.zeros((self._channels, len(points)))
-        lanes = np.flatnonzero(self._emits[points.surface])
+        lanes = np.flatnonzero(self.emits[points.surface])
         if len(lanes):
             surface = points.surface[lanes]
             lit = np.einsum("in,in->n", points.n[:, lanes], wo[:, lanes]) > 0

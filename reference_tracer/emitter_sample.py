@@ -35,3 +35,13 @@ class EmitterSample:
     pdf: Array
     delta: NDArray[np.bool_] | bool
     primitive: NDArray[np.intp]
+
+    def __getitem__(self, lanes: NDArray[np.intp]) -> EmitterSample:
+        return EmitterSample(
+            self.wi.take(lanes, axis=1),
+            self.distance.take(lanes),
+            self.Li.take(lanes, axis=1),
+            self.pdf.take(lanes),
+            np.broadcast_to(self.delta, self.pdf.shape).take(lanes),
+            self.primitive.take(lanes),
+        )

@@ -21,9 +21,13 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_tracer import sampling
+from reference_tracer.delta_lights import delta_lights
 from reference_tracer.emission import Emitters
-from reference_tracer.propagation import Points, RayCaster
-from reference_tracer.reflection import LambertianBSDF
+from reference_tracer.points import NOWHERE, Points
+from reference_tracer.propagation import RayCaster
+from reference_tracer.reflection import bsdf_of
+from reference_tracer.samplers import Block
 from reference_tracer.sensing import camera_rays
 from scenes import Scene
 
@@ -86,8 +90,27 @@ I = Operator(lambda field: field)  # noqa: E741  the identity is called I
 
 
 def emission(scene: Scene) -> Field:
-    """E, the radiance that leaves surfaces by themselves."""
+    """E, the radiance that leaves surfaces, or comes from the environment, by itself."""
     return Field(Emitters(scene).Le)
+
+
+def delta_emission(scene: Scene) -> Field:
+    """T E_δ of the point, spot and directional lights E_δ, which have no radiance as a field.
+
+    Under R their Dirac deltas leave a sum over lights, f cos θ Li where nothing lies between. Bounce k of such a
+    scene is T^(k−1) of this field, added to TᵏE.
+    """
+    r, bsdf, lights = RayCaster(scene), bsdf_of(scene), delta_lights(scene, radius=1.0)
+
+    def Lo(x: Points, v: Array) -> Array:
+        total = np.zeros((scene.channels, len(x)))
+        for light in lights:
+            l, distance, Li = light.incident(x)  # noqa: E741  the lecture's name
+            visible = r.visible(x, l, distance, np.full(len(x), NOWHERE))
+            total += Li * bsdf.f(x, l, v) * (np.abs(np.einsum("in,in->n", x.ns, l)) * visible)
+        return total
+
+    return Field(Lo)
 
 
 def propagation(scene: Scene) -> Operator:
@@ -101,16 +124,46 @@ def reflection(scene: Scene, rng: np.random.Generator, samples: int = 1) -> Oper
 
     One sample makes a path of a power of T. Every evaluation of the field draws new ones.
     """
-    bsdf = LambertianBSDF(scene)
+    bsdf = bsdf_of(scene)
+    dimensions = 3 if bsdf.needs_choice else 2
 
     def R(Li: Field) -> Field:
         def Lo(x: Points, v: Array) -> Array:
             total = np.zeros((scene.channels, len(x)))
             for _ in range(samples):
-                l = bsdf.sample(x, rng)  # noqa: E741  the lecture's name
-                cos_theta = np.einsum("in,in->n", x.n, l)
-                total += Li(x, l) * bsdf.f(x, l, v) * cos_theta / bsdf.pdf(x, l)
+                l = bsdf.sample(x, v, rng.random((dimensions, len(x))))  # noqa: E741  the lecture's name
+                total += Li(x, l.wi) * l.weight  # f cos θ / pdf
             return total / samples
+
+        return Field(Lo)
+
+    return Operator(R)
+
+
+def reflection_by_quadrature(scene: Scene, order: int = 16) -> Operator:
+    """R without noise, the integral by a product rule: Gauss-Legendre in cos θ on each side, equal steps in φ.
+
+    The lowest rung of the ladder. It sees smooth lobes only, not mirrors or glass; T^k costs (4 · order²)ᵏ rays.
+
+    Args:
+        scene: the scene.
+        order: nodes in cos θ per side; there are 2 · order directions around.
+    """
+    bsdf = bsdf_of(scene)
+    z, weight = np.polynomial.legendre.leggauss(order)
+    cosines, weights = np.concatenate([z - 1, z + 1]) / 2, np.concatenate([weight, weight]) / 2
+    phis = np.pi * (np.arange(2 * order) + 0.5) / order
+
+    def R(Li: Field) -> Field:
+        def Lo(x: Points, v: Array) -> Array:
+            total = np.zeros((scene.channels, len(x)))
+            for cos_theta, w in zip(cosines, weights, strict=True):
+                sine = np.sqrt(1 - cos_theta**2)
+                for phi in phis:
+                    local = np.array([[sine * np.cos(phi)], [sine * np.sin(phi)], [cos_theta]])
+                    l = sampling.to_world(local, x.ns)  # noqa: E741
+                    total += Li(x, l) * bsdf.f(x, l, v) * (abs(cos_theta) * w * np.pi / order)
+            return total
 
         return Field(Lo)
 
@@ -128,12 +181,16 @@ def neumann(T: Operator, bounces: int) -> Operator:
 
 
 def measure(Lo: Field, scene: Scene, rng: np.random.Generator, spp: int = 1) -> Array:
-    """What the scene's sensor sees of an outgoing field: G(Lo) at the pinhole, averaged over each pixel.
+    """What the scene's sensor sees of an outgoing field: G(Lo) where its rays start, averaged over each pixel.
 
     Returns:
         ``(height, width, channels)``.
     """
     height, width, channels = scene.shape
-    pixels, Li = np.arange(height * width), propagation(scene)(Lo)
-    image = sum(Li(*camera_rays(scene.sensor, pixels, rng)) for _ in range(spp)) / spp
-    return np.asarray(image).T.reshape(height, width, channels)
+    rows, columns = np.divmod(np.arange(height * width), width)
+    Li, image = propagation(scene)(Lo), np.zeros((channels, height * width))
+    for _ in range(spp):
+        position = np.stack([columns, rows]) + rng.random((2, len(rows)))
+        rays = camera_rays(scene.sensor, Block(position, lambda d, lanes: rng.random((d, len(lanes)))))
+        image += rays.weight * Li(rays.origin, rays.d)
+    return image.T.reshape(height, width, channels) / spp

@@ -1,79 +1,51 @@
 """G, propagation: the ray-cast function r(x, l), where the ray from x along l first meets a surface.
 
 There is no ray offset. A ray that starts on a surface knows which: a plane is not met again, and a sphere only
-at the other root of its quadratic, which is then −2 (x − c)·l. Scenes of any size give the same radiance.
+at the other root of its quadratic. Scenes of any size give the same radiance.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes import Quad, Scene, Sphere
+from reference_tracer import parallelepipeds
+from reference_tracer.coordinates import Coordinates
+from reference_tracer.hierarchy import LEAF, Hierarchy
+from reference_tracer.intersection import (
+    Boxes,
+    Ellipsoids,
+    Flats,
+    disk_excess,
+    quad_excess,
+    triangle_excess,
+)
+from reference_tracer.points import NOWHERE, Points
+from reference_tracer.primitives import Primitives
+from scenes import Disk, Mesh, PointLight, Quad, Scene, SpotLight
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-NOWHERE = -1
-"""The surface index of a point on no surface: the pinhole, or where a ray leaves the scene."""
 
+class Shapes(Protocol):
+    """Some primitives, met together; see ``intersection``."""
 
-@dataclass
-class Points:
-    """A block of n points of surfaces.
-
-    Attributes:
-        x: positions, ``(3, n)``.
-        n: unit normals of the front, ``(3, n)``; +z NOWHERE, so that a frame about it exists.
-        surface: index of the surface in the scene, ``(n,)``; NOWHERE where there is none.
-    """
-
-    x: Array
-    n: Array
-    surface: Indices
-
-    def __len__(self) -> int:
-        return len(self.surface)
-
-    def __getitem__(self, lanes: NDArray[np.bool_] | Indices) -> Points:
-        return Points(self.x[:, lanes], self.n[:, lanes], self.surface[lanes])
-
-    @classmethod
-    def nowhere(cls, x: Array) -> Points:
-        """Points in empty space, such as a pinhole."""
-        count = x.shape[1]
-        return cls(x, np.tile([[0.0], [0.0], [1.0]], count), np.full(count, NOWHERE))
+    def meet(self, x: Array, d: Array, start: Indices, t: Array, primitive: Indices) -> None:
+        """Look for nearer ones."""
 
 
 class RayCaster:
     """The ray-cast function of a scene."""
 
     def __init__(self, scene: Scene) -> None:
-        shapes = [surface.shape for surface in scene.surfaces]
-        self.quads = np.array([i for i, s in enumerate(shapes) if isinstance(s, Quad)], dtype=np.intp)
-        self.spheres = np.array([i for i, s in enumerate(shapes) if isinstance(s, Sphere)], dtype=np.intp)
-        self._normals = np.tile([0.0, 0.0, 1.0], (len(shapes) + 1, 1))  # the last one is that of NOWHERE
-        self._prepare_quads([s for s in shapes if isinstance(s, Quad)])
-        self._prepare_spheres([s for s in shapes if isinstance(s, Sphere)])
-
-    def _prepare_quads(self, quads: list[Quad]) -> None:
-        """World to local: in the frame (edge_u, edge_v, normal) a quad is the square |a|, |b| ≤ 1, c = 0."""
-        if not quads:
-            return
-        corner, u, v = (np.array([getattr(q, f) for q in quads]) for f in ("corner", "edge_u", "edge_v"))
-        n = np.array([q.normal for q in quads])
-        self._normals[self.quads] = n
-        rows = np.linalg.inv(np.stack([u / 2, v / 2, n], axis=2))  # (quads, 3 local axes, 3 world axes)
-        offsets = -np.einsum("qij,qj->qi", rows, corner + (u + v) / 2)
-        # the same local axis of all quads lies together, so that each is one matrix product with all rays
-        self._axes, self._offsets = rows.transpose(1, 0, 2).copy(), offsets.T[:, :, None].copy()
-
-    def _prepare_spheres(self, spheres: list[Sphere]) -> None:
-        self._centers = np.array([s.center for s in spheres]).reshape(-1, 3)
-        self._radii = np.array([s.radius for s in spheres])
-        self._signs = np.array([-1.0 if s.inward else 1.0 for s in spheres])
+        self._primitives = Primitives(scene.surfaces)
+        self._coordinates = Coordinates(scene, self._primitives)
+        self._all = _shapes(self._primitives, np.arange(len(self._primitives)))
+        self._occluders = _shapes(self._primitives, _occluders(self._primitives, scene))
 
     def __call__(self, origin: Points, d: Array) -> Points:
         """r(x, d): the first points that rays meet.
@@ -85,52 +57,92 @@ class RayCaster:
         Returns:
             n points, NOWHERE for rays that leave the scene.
         """
-        t, surface = np.full(len(origin), np.inf), np.full(len(origin), NOWHERE)
-        for nearest, which in ((self._nearest_quad, self.quads), (self._nearest_sphere, self.spheres)):
-            if len(which):
-                t_near, index = nearest(origin, d)
-                closer = t_near < t
-                t, surface = np.where(closer, t_near, t), np.where(closer, which[index], surface)
-        x = origin.x + np.where(np.isfinite(t), t, 0) * d
-        return self._on_surface(x, surface)
+        t, primitive = _nearest(self._all, origin, d)
+        away = np.flatnonzero(primitive == NOWHERE)
+        t[away] = 0
+        return self._coordinates.points(origin.x + t * d, d, primitive)
 
-    def _nearest_quad(self, origin: Points, d: Array) -> tuple[Array, Indices]:
-        """Distance to the nearest quad, inf where there is none, and its index among the quads."""
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # rays parallel to a plane
-            t = (self._axes[2] @ origin.x + self._offsets[2]) / -(self._axes[2] @ d)
-            met = t > 0
-            for axis in (0, 1):
-                local = self._axes[axis] @ origin.x + self._offsets[axis] + t * (self._axes[axis] @ d)
-                met &= np.abs(local) <= 1
-        met &= origin.surface != self.quads[:, None]
-        t = np.where(met, t, np.inf)
-        index = t.argmin(axis=0)
-        return np.take_along_axis(t, index[None], axis=0)[0], index
+    def distance(self, origin: Points, d: Array) -> Array:
+        """How far the rays come, ``(n,)``; inf where they leave the scene."""
+        return _nearest(self._all, origin, d)[0]
 
-    def _nearest_sphere(self, origin: Points, d: Array) -> tuple[Array, Indices]:
-        """Distance to the nearest sphere, inf where there is none, and its index among the spheres."""
-        t = np.empty((len(self.spheres), len(origin)))
-        for i, (center, radius) in enumerate(zip(self._centers, self._radii, strict=True)):
-            o = origin.x - center[:, None]
-            b = np.einsum("in,in->n", o, d)
-            root = b**2 - (np.einsum("in,in->n", o, o) - radius**2)
-            starts_here = origin.surface == self.spheres[i]
-            with np.errstate(invalid="ignore"):  # no real root: nan, which is not > 0
-                near, far = -b - np.sqrt(root), -b + np.sqrt(root)
-            first = np.where(near > 0, near, far)
-            first = np.where(starts_here, -2 * b, first)
-            t[i] = np.where(first > 0, first, np.inf)
-        index = t.argmin(axis=0)
-        return np.take_along_axis(t, index[None], axis=0)[0], index
+    def visible(self, origin: Points, d: Array, distance: Array, target: Indices) -> NDArray[np.bool_]:
+        """Whether nothing lies on segments between two points of the scene.
 
-    def _on_surface(self, x: Array, surface: Indices) -> Points:
-        """The points with their normals; on a sphere, x is put back onto it, since t is rounded."""
-        n = self._normals.T[:, surface]
-        for i, center, radius, sign in zip(
-            self.spheres, self._centers, self._radii, self._signs, strict=True
-        ):
-            lanes = surface == i
-            outward = x[:, lanes] - center[:, None]
-            outward /= np.linalg.norm(outward, axis=0)
-            x[:, lanes], n[:, lanes] = center[:, None] + radius * outward, sign * outward
-        return Points(x, n, surface)
+        Args:
+            origin: where they start, n points.
+            d: unit directions, ``(3, n)``.
+            distance: where they end, ``(n,)``; inf for what is infinitely far.
+            target: the primitives they end on, NOWHERE for none, ``(n,)``.
+        """
+        if not self._occluders:
+            return np.ones(len(origin), dtype=bool)
+        t, primitive = _nearest(self._occluders, origin, d)
+        return (t >= distance) | ((primitive == target) & (target != NOWHERE))
+
+
+def _nearest(shapes: list[Shapes], origin: Points, d: Array) -> tuple[Array, Indices]:
+    """Distance to the nearest primitive of all, and which it is; inf and NOWHERE for none."""
+    t, primitive = np.full(len(origin), np.inf), np.full(len(origin), NOWHERE)
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        for some in shapes:
+            some.meet(origin.x, d, origin.primitive, t, primitive)
+    return t, primitive
+
+
+def _shapes(primitives: Primitives, indices: Indices) -> list[Shapes]:
+    """These primitives, grouped by how they are met."""
+    p, shapes = primitives, list[Shapes]()
+    round_ones = indices[p.round[indices]]
+    if len(round_ones):
+        shapes.append(Ellipsoids(p.center[round_ones], p.axes[round_ones], round_ones.tolist()))
+    quads = indices[p.kind[indices] == Quad]
+    boxes = parallelepipeds.find(p.center[quads], p.axes[quads])
+    if boxes:
+        centers, axes, faces = (np.array(field) for field in zip(*boxes, strict=True))
+        shapes.append(Boxes(centers, axes, np.where(faces >= 0, quads[faces], NOWHERE)))
+        quads = np.delete(quads, faces[faces >= 0])
+    kinds = ((Quad, quads, quad_excess), (Disk, indices[p.kind[indices] == Disk], disk_excess),
+             (Mesh, indices[p.kind[indices] == Mesh], triangle_excess))  # fmt: skip
+    shapes += [_flats(p, some, excess) for _, some, excess in kinds if len(some)]
+    return shapes
+
+
+def _flats(p: Primitives, indices: Indices, excess: Callable[[Array, Array], Array]) -> Shapes:
+    """Flat primitives of one kind: tested one by one, or where there are many, in a hierarchy."""
+
+    def leaf(some: Indices) -> Flats:
+        chosen = indices[some]
+        return Flats(p.center[chosen], p.axes[chosen], excess, chosen)
+
+    if len(indices) <= LEAF:
+        return leaf(np.arange(len(indices)))
+    corners = p.corners()[indices]
+    return Hierarchy(corners.min(axis=1), corners.max(axis=1), leaf)
+
+
+def _occluders(primitives: Primitives, scene: Scene) -> Indices:
+    """Primitives that may stand between a point of the scene and one of an emitter. In the Cornell box: the blocks.
+
+    Not a wall that all else is on one side of: a segment between points on one side of a plane doesn't cross it,
+    nor one between points inside an ellipsoid its surface. Not the only emitter: it doesn't hide itself.
+    """
+    everything = np.arange(len(primitives))
+    emitting = np.flatnonzero([scene.surfaces[i].emits for i in primitives.surface])
+    if len(emitting) == 1 and not scene.lights:
+        everything = np.delete(everything, emitting)
+    if any(not isinstance(light, PointLight | SpotLight) for light in scene.lights):
+        return everything  # some segments end infinitely far
+    lights = [light.position for light in scene.lights if isinstance(light, PointLight | SpotLight)]
+    points = np.concatenate([primitives.corners().reshape(-1, 3), np.array(lights).reshape(-1, 3)])
+    tolerance = 1e-12 * np.abs(points).max(initial=0)
+
+    def occludes(i: int) -> bool:
+        if primitives.round[i]:
+            others = np.delete(points, slice(8 * i, 8 * i + 8), axis=0)  # its own corners lie outside
+            local = (others - primitives.center[i]) @ np.linalg.inv(primitives.axes[i])
+            return bool(((local**2).sum(axis=1) > 1 + 1e-12).any())
+        side = (points - primitives.center[i]) @ primitives.normal[i]
+        return bool(side.min() < -tolerance and side.max() > tolerance)
+
+    return np.array([i for i in everything if occludes(i)], dtype=np.intp)

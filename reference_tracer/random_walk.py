@@ -1,36 +1,37 @@
 """All TᵏE from one walk: the fused, fast form of the operator algebra.
 
-A walk x₀ (the pinhole), x₁, x₂, … carries the throughput ∏ f cos / pdf. Emission found at x_{k+1} belongs to
+A walk x₀ (the sensor), x₁, x₂, … carries the throughput ∏ f cos / pdf. Emission found at x_{k+1} belongs to
 TᵏE, so one walk estimates every bounce. The strategies differ in how they find emission:
 
     bsdf   by chance, where the sampled direction meets an emitter
-    nee    next event: at every vertex a point of an emitter is chosen and its visibility tested
+    nee    next event: at every vertex a direction to an emitter is chosen and its visibility tested
     mis    both, weighted by the balance heuristic (Veach and Guibas 1995, eq. 14)
 
-E itself is always found by the camera ray.
+What only one strategy can find is left to it: E itself and what a mirror shows to chance, point, spot and
+directional lights to next event. There is no Russian roulette: a walk ends at the last bounce, where it leaves the
+scene, or on what reflects nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer import sampling
 from reference_tracer.emission import Emitters
-from reference_tracer.propagation import NOWHERE, Points, RayCaster
-from reference_tracer.reflection import LambertianBSDF
-from reference_tracer.sensing import camera_rays
+from reference_tracer.points import NOWHERE, Points
+from reference_tracer.propagation import RayCaster
+from reference_tracer.reflection import bsdf_of
+from reference_tracer.samplers import BLOCKS, Block, SamplerName
+from reference_tracer.sensing import Film, camera_rays, sensor_dimensions
 from scenes import Scene
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 Strategy = Literal["bsdf", "nee", "mis"]
 STRATEGIES: tuple[Strategy, ...] = get_args(Strategy)
-
-BLOCK = 4096
-"""Rays that travel together: their arrays stay in the second-level cache; fewer lose to call overhead."""
 
 
 class NonFiniteRadianceError(ArithmeticError):
@@ -43,6 +44,7 @@ def render(
     spp: int,
     seed: int,
     strategy: Strategy = "mis",
+    sampler: SamplerName = "independent",
     on_block: Callable[[float], None] = lambda done: None,
 ) -> Array:
     """Estimate E, TE, …, TⁿE, n = ``bounces``.
@@ -51,39 +53,28 @@ def render(
         scene: what to render.
         bounces: the last bounce.
         spp: samples per pixel, at least 1.
-        seed: ≥ 0; the image is a function of the arguments up to here and nothing else.
+        seed: ≥ 0; the image is a function of the arguments up to ``sampler`` and nothing else.
         strategy: how emission is found.
+        sampler: where the random numbers come from.
         on_block: called with the finished share of the work, for progress.
 
     Returns:
         ``(bounces + 1, height, width, channels)``, radiance, unclamped.
 
     Raises:
-        NonFiniteRadianceError: naming pixel and bounce.
+        NonFiniteRadianceError: naming pixel, bounce and surface.
     """
-    height, width, channels = scene.shape
-    walk = RandomWalk(scene, strategy)
-    image = np.zeros((bounces + 1, channels, height * width))
-    done = 0
-    for block, (pixels, samples) in enumerate(_blocks(height * width, spp)):
-        rng = sampling.stream(seed, block)
-        L = walk(np.tile(pixels, samples), bounces, rng)
-        image[..., pixels] += L.reshape(bounces + 1, channels, samples, len(pixels)).sum(axis=2)
-        done += samples * len(pixels)
+    height, width, _ = scene.shape
+    # One large array, made and let go, tells glibc to keep freed memory (M_MMAP_THRESHOLD in mallopt(3)). Without
+    # it the arrays of every block are fetched from the kernel anew, page by page.
+    np.empty(1 << 22)
+    walk, film, done = RandomWalk(scene, strategy), Film(bounces, scene.shape), 0
+    for block in BLOCKS[sampler](width, height, spp, seed, walk.dimensions(bounces)):
+        film.begin(block)
+        walk(block, bounces, film)
+        done += block.position.shape[1]
         on_block(done / (spp * height * width))
-    if not np.isfinite(image).all():
-        k, _, pixel = np.argwhere(~np.isfinite(image))[0]
-        raise NonFiniteRadianceError(f"bounce {k}, row {pixel // width}, column {pixel % width}")
-    return np.moveaxis(image, 1, -1).reshape(bounces + 1, height, width, channels) / spp
-
-
-def _blocks(pixels: int, spp: int) -> Iterator[tuple[NDArray[np.intp], int]]:
-    """Split pixels × spp rays into blocks: ranges of pixels, and how many samples each of them gets at once."""
-    for start in range(0, pixels, BLOCK):
-        part = np.arange(start, min(start + BLOCK, pixels))
-        at_once = max(1, BLOCK // len(part))
-        for done in range(0, spp, at_once):
-            yield part, min(at_once, spp - done)
+    return film.mean(spp)
 
 
 class RandomWalk:
@@ -91,71 +82,96 @@ class RandomWalk:
 
     def __init__(self, scene: Scene, strategy: Strategy) -> None:
         self.scene, self.strategy = scene, strategy
-        self.cast, self.emitters, self.bsdf = RayCaster(scene), Emitters(scene), LambertianBSDF(scene)
+        self.cast, self.bsdf = RayCaster(scene), bsdf_of(scene)
+        self.emitters = Emitters(scene, delta_only=strategy == "bsdf")
+        self._lobe_dimensions = 3 if self.bsdf.needs_choice else 2
 
-    def __call__(self, pixels: NDArray[np.intp], bounces: int, rng: np.random.Generator) -> Array:
-        """One walk through each pixel given: its estimates of every TᵏE, ``(bounces + 1, channels, n)``."""
-        L = np.zeros((bounces + 1, self.scene.channels, len(pixels)))
-        lanes = np.arange(len(pixels))
-        throughput = np.ones((self.scene.channels, len(pixels)))
-        vertex, d = camera_rays(self.scene.sensor, pixels, rng)
-        pdf = np.full(len(pixels), np.inf)  # of the direction d; the pinhole's is a delta
+    def dimensions(self, bounces: int) -> int:
+        """Random numbers that a walk takes, beside its position in the image."""
+        return sensor_dimensions(self.scene.sensor) + bounces * (
+            self.emitters.dimensions + self._lobe_dimensions
+        )
+
+    def __call__(self, block: Block, bounces: int, film: Film) -> None:
+        """A block of walks, one from each position: adds their estimates of every TᵏE to the film."""
+        rays = camera_rays(self.scene.sensor, block)
+        vertex, d = rays.origin, rays.d
+        lanes = np.arange(len(vertex))
+        throughput = np.full((self.scene.channels, len(vertex)), rays.weight)
+        pdf = np.full(len(vertex), np.inf)  # of the direction d; no other strategy finds what a sensor sees
 
         for k in range(bounces + 1):
             previous, vertex = vertex, self.cast(vertex, d)
-            wo = -d
 
             # ---- emission that the walk has found by chance: TᵏE
-            Le = self.emitters.Le(vertex, wo)
-            if k == 0 or self.strategy == "bsdf":
-                L[k][:, lanes] += throughput * Le
-            elif self.strategy == "mis":
-                L[k][:, lanes] += throughput * Le * self._chance_weight(previous, vertex, wo, pdf)
+            lit = np.flatnonzero(self.emitters.emits.take(vertex.surface))
+            if len(lit):
+                Le = self._found(previous[lit], vertex[lit], d.take(lit, axis=1), pdf.take(lit))
+                self._record(film, k, lanes.take(lit), throughput.take(lit, axis=1) * Le, vertex[lit])
             if k == bounces:
                 break
 
-            # ---- the walk ends where there is no surface, and on backs, which are black
-            alive = (vertex.surface != NOWHERE) & (np.einsum("in,in->n", vertex.n, wo) > 0)
-            if not alive.all():
-                vertex, wo, lanes = vertex[alive], wo[:, alive], lanes[alive]
-                throughput = throughput[:, alive]
+            # ---- the walk ends where there is no surface
+            alive = np.flatnonzero(vertex.surface != NOWHERE)
+            if len(alive) < len(vertex):
+                vertex, d, lanes = vertex[alive], d.take(alive, axis=1), lanes.take(alive)
+                throughput = throughput.take(alive, axis=1)
+            wo = -d
 
             # ---- next event: one term of Tᵏ⁺¹E
-            if self.strategy != "bsdf":
-                L[k + 1][:, lanes] += throughput * self._next_event(vertex, wo, rng)
+            if self.emitters.dimensions:
+                u = block.numbers(self.emitters.dimensions, lanes)
+                seen, Ld = self._next_event(vertex, wo, u)
+                self._record(film, k + 1, lanes.take(seen), throughput.take(seen, axis=1) * Ld, vertex[seen])
 
             # ---- reflection: a direction with density pdf, throughput · f cos / pdf
-            d = self.bsdf.sample(vertex, rng)
-            pdf = self.bsdf.pdf(vertex, d)
-            throughput = throughput * self.bsdf.weight(vertex, wo)
-        return L
+            sample = self.bsdf.sample(vertex, wo, block.numbers(self._lobe_dimensions, lanes))
+            d, pdf, throughput = sample.wi, sample.pdf, throughput * sample.weight
 
-    def _next_event(self, vertex: Points, wo: Array, rng: np.random.Generator) -> Array:
-        """Le · f · cos / pdf · V of one point of an emitter, ``(channels, n)``, weighted for mis."""
-        light = self.emitters.sample(rng, len(vertex))
-        segment = light.x - vertex.x
-        distance_squared = np.einsum("in,in->n", segment, segment)
-        with np.errstate(invalid="ignore"):  # the vertex itself was chosen: no direction, no light
-            wi = segment / np.sqrt(distance_squared)
-        cosine = np.einsum("in,in->n", vertex.n, wi)
-        pdf = self.emitters.pdf(light, -wi, distance_squared)
+            # ---- the walk ends where nothing is reflected, as on backs
+            alive = np.flatnonzero(pdf > 0)
+            if len(alive) < len(vertex):
+                vertex, d, lanes, pdf = (
+                    vertex[alive],
+                    d.take(alive, axis=1),
+                    lanes.take(alive),
+                    pdf.take(alive),
+                )
+                throughput = throughput.take(alive, axis=1)
 
-        # only pairs that face each other are worth a shadow ray
-        facing = np.flatnonzero((cosine > 0) & (pdf > 0))
-        light, wi, cosine, pdf = light[facing], wi[:, facing], cosine[facing], pdf[facing]
-        vertex = vertex[facing]
-        hit = self.cast(vertex, wi)
-        # from outside, the back of an inward sphere hides its inside: the same surface, met from the wrong side
-        visible = (hit.surface == light.surface) & (np.einsum("in,in->n", hit.n, wi) < 0)
+    def _found(self, previous: Points, vertex: Points, d: Array, pdf: Array) -> Array:
+        """Le of emitters met by chance, ``(channels, n)``, with the weight of having been found that way."""
+        if self.strategy == "nee":
+            weight: Array = np.isinf(pdf).astype(float)  # all but what a delta lobe has found is next event's
+        else:
+            weight = 1 / (1 + self.emitters.pdf(previous, vertex, d) / pdf)  # p / (p + p_next_event)
+        return self.emitters.Le(vertex, -d) * weight
 
+    def _next_event(self, vertex: Points, wo: Array, u: Array) -> tuple[Indices, Array]:
+        """f · cos · Li / pdf of a direction to an emitter where nothing is between, and the lanes where that is so."""
+        light = self.emitters.sample(vertex, u)
+        f = self.bsdf.f(vertex, light.wi, wo)
+        # only pairs that see each other's front are worth a shadow ray
+        facing = np.flatnonzero((f * light.Li).any(axis=0))
+        vertex, light = vertex[facing], light[facing]
+        visible = self.cast.visible(vertex, light.wi, light.distance, light.primitive)
+        seen = np.flatnonzero(visible)
+        vertex, light, lanes = vertex[seen], light[seen], facing.take(seen)
+        f, wo = f.take(lanes, axis=1), wo.take(lanes, axis=1)
+
+        pdf = light.pdf
         if self.strategy == "mis":
-            pdf = pdf + self.bsdf.pdf(vertex, wi)  # balance heuristic: w / p = 1 / (p + p_bsdf)
-        Ld = self.emitters.Le(light, -wi) * self.bsdf.f(vertex, wi, wo[:, facing]) * (cosine * visible / pdf)
-        all_lanes = np.zeros((self.scene.channels, wo.shape[1]))
-        all_lanes[:, facing] = Ld
-        return all_lanes
+            pdf = pdf + ~light.delta * self.bsdf.pdf(vertex, light.wi, wo)  # w / p = 1 / (p + p_bsdf)
+        cosine = np.abs(np.einsum("in,in->n", vertex.ns, light.wi))
+        return lanes, f * light.Li * (cosine / pdf)
 
-    def _chance_weight(self, previous: Points, vertex: Points, wo: Array, pdf: Array) -> Array:
-        """Balance heuristic for emission found by chance: p_bsdf / (p_bsdf + p_next_event)."""
-        distance_squared = ((vertex.x - previous.x) ** 2).sum(axis=0)
-        return pdf / (pdf + self.emitters.pdf(vertex, wo, distance_squared))
+    def _record(self, film: Film, bounce: int, lanes: Indices, radiance: Array, vertex: Points) -> None:
+        """Add radiance to the film; refuse what is none."""
+        if not np.isfinite(radiance.sum()):
+            at = int(np.argmax(~np.isfinite(radiance).all(axis=0)))
+            row, column = film.pixel(int(lanes[at]))
+            i = int(vertex.surface[at])
+            surface = self.scene.surfaces[i].name if i != NOWHERE else "the environment"
+            raise NonFiniteRadianceError(f"bounce {bounce}, row {row}, column {column}, at {surface}: "
+                                         f"found {radiance[:, at]}")  # fmt: skip
+        film.add(bounce, lanes, radiance)

@@ -1,5 +1,6 @@
 """What is rendered, and what the answer is: scenes, cases, closed forms. It knows no renderer."""
 
+from scenes.affine import Affine
 from scenes.case import Case, Estimate, Formula, Tolerance, Truth
 from scenes.images import Image
 from scenes.lights import (
@@ -33,9 +34,11 @@ from scenes.scene import Scene
 from scenes.sensor import IrradianceMeter, Orthographic, Pinhole, RadianceMeter, Sensor, ThinLens
 from scenes.shapes import Disk, Ellipsoid, Mesh, Quad, Shape, Sphere
 from scenes.surfaces import Surface, box
+from scenes.transforms import transformed
 from scenes.validation import SceneError
 
 __all__ = [
+    "Affine",
     "AreaLight",
     "Blend",
     "Case",
@@ -81,4 +84,5 @@ __all__ = [
     "Truth",
     "UnknownNameError",
     "box",
+    "transformed",
 ]

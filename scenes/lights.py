@@ -10,20 +10,18 @@ import math
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from scenes.images import Image
+from scenes.tables import table
 from scenes.validation import (
     SceneError,
     Vector,
-    finite,
     instance,
     number,
-    numbers,
     path,
+    per_channel,
     unit_vector,
     vector,
-    vector_of,
 )
 
 
@@ -75,7 +73,7 @@ class AreaLight(msgspec.Struct, frozen=True, tag_field="type", tag="area", forbi
     polar_range: PolarRange | None = None
 
     def __post_init__(self) -> None:
-        _per_channel(self, "radiance")
+        per_channel(self, "radiance")
         instance(self, "polar_range", PolarRange | None, "a PolarRange or None")
 
 
@@ -95,7 +93,7 @@ class PointLight(msgspec.Struct, frozen=True, tag_field="type", tag="point", for
 
     def __post_init__(self) -> None:
         vector(self, "position")
-        _per_channel(self, "intensity")
+        per_channel(self, "intensity")
 
     @property
     def channels(self) -> int:
@@ -125,7 +123,7 @@ class SpotLight(msgspec.Struct, frozen=True, tag_field="type", tag="spot", forbi
     def __post_init__(self) -> None:
         vector(self, "position")
         unit_vector(self, "direction")
-        _per_channel(self, "intensity")
+        per_channel(self, "intensity")
         if not 0 < number(self, "cutoff", "degrees in (0, 180]") <= 180:
             raise SceneError(path(self, "cutoff"), self.cutoff, "degrees in (0, 180]")
         expected = f"degrees in [0, cutoff = {self.cutoff:g}]"
@@ -153,7 +151,7 @@ class DirectionalLight(
 
     def __post_init__(self) -> None:
         unit_vector(self, "direction")
-        _per_channel(self, "irradiance")
+        per_channel(self, "irradiance")
 
     @property
     def channels(self) -> int:
@@ -173,7 +171,7 @@ class ConstantEnvironment(
     radiance: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        _per_channel(self, "radiance")
+        per_channel(self, "radiance")
 
     @property
     def channels(self) -> int:
@@ -216,6 +214,10 @@ class SphericalHarmonicsEnvironment(
 ):
     """Radiance as a sum of real spherical harmonics, Σ c_lm Y_lm, nowhere negative.
 
+    Y_lm are orthonormal, without the Condon–Shortley phase: Y_00 = √(1/4π), Y_1m = √(3/4π) (y, z, x) for
+    m = −1, 0, 1, in local coordinates (Ramamoorthi and Hanrahan 2001, eq. 3). That the sum is nowhere negative
+    is checked where it is evaluated; here, that its mean is not.
+
     Attributes:
         coefficients: c_lm at index l(l + 1) + m, each one number per channel; their count is a square.
         axes: world directions of the local x, y and z axis, orthonormal.
@@ -225,15 +227,14 @@ class SphericalHarmonicsEnvironment(
     axes: tuple[Vector, Vector, Vector] = _WORLD
 
     def __post_init__(self) -> None:
-        rows = []
-        for i, row in enumerate(self.coefficients):
-            if len(row) != len(self.coefficients[0]) or not row:
-                expected = f"{len(self.coefficients[0])} channels, as coefficients[0] has"
-                raise SceneError(path(self, f"coefficients[{i}]"), row, expected)
-            rows.append(tuple(finite(self, f"coefficients[{i}][{j}]", value) for j, value in enumerate(row)))
-        if not rows or math.isqrt(len(rows)) ** 2 != len(rows):
-            raise SceneError(path(self, "coefficients"), len(rows), "1, 4, 9, 16 … of them")
-        msgspec.structs.force_setattr(self, "coefficients", tuple(rows))
+        rows = table(self, "coefficients", (None, None))
+        if math.isqrt(len(rows)) ** 2 != len(rows):
+            raise SceneError(path(self, "coefficients"), self.coefficients, "1, 4, 9, 16 … of them")
+        # c_00 is the mean: below zero, or zero with anything beside it, the sum is negative somewhere
+        for channel, (mean, *rest) in enumerate(rows.T):
+            if mean < 0 or (mean == 0 and np.any(rest)):
+                expected = "a number > 0, the mean over all directions: radiance is nowhere negative"
+                raise SceneError(path(self, f"coefficients[0][{channel}]"), float(mean), expected)
         _orthonormal(self, "axes")
 
     @property
@@ -259,15 +260,7 @@ def emits(light: Light) -> bool:
     return any(light.radiance if isinstance(light, ConstantEnvironment) else light.intensity)
 
 
-def _per_channel(owner: msgspec.Struct, field: str) -> None:
-    if not numbers(owner, field, low=0.0):
-        raise SceneError(path(owner, field), getattr(owner, field), "one number per channel")
-
-
 def _orthonormal(owner: EnvironmentMap | SphericalHarmonicsEnvironment, field: str) -> None:
-    axes: NDArray[np.float64] = np.array(
-        [vector_of(owner, f"{field}[{i}]", a) for i, a in enumerate(owner.axes)]
-    )
-    if axes.shape != (3, 3) or not np.allclose(axes @ axes.T, np.eye(3), atol=1e-9):
+    axes = table(owner, field, (3, 3), low=-2.0, high=2.0)
+    if not np.allclose(axes @ axes.T, np.eye(3), rtol=0, atol=1e-9):
         raise SceneError(path(owner, field), owner.axes, "three orthonormal vectors")
-    msgspec.structs.force_setattr(owner, field, tuple(tuple(axis) for axis in axes.tolist()))

@@ -9,9 +9,11 @@ from __future__ import annotations
 from typing import Literal
 
 import msgspec
+import numpy as np
 
+from scenes.channels import check_channels
 from scenes.images import Image
-from scenes.validation import SceneError, instance, number, numbers, path
+from scenes.validation import SceneError, instance, number, path, per_channel, positive, whole
 
 
 class Checkerboard(
@@ -30,13 +32,12 @@ class Checkerboard(
     rows: int = 2
 
     def __post_init__(self) -> None:
-        even, odd = _reflectance(self, "even"), _reflectance(self, "odd")
+        even, odd = per_channel(self, "even", high=1.0), per_channel(self, "odd", high=1.0)
         if len(even) != len(odd):
             raise SceneError(path(self, "odd"), odd, f"{len(even)} channels, as even has")
         for field in ("columns", "rows"):
-            count = getattr(self, field)
-            if not isinstance(count, int) or isinstance(count, bool) or count < 1:
-                raise SceneError(path(self, field), count, "a whole number, at least 1")
+            if whole(self, field, "a whole number, at least 1") < 1:
+                raise SceneError(path(self, field), getattr(self, field), "a whole number, at least 1")
 
     @property
     def channels(self) -> int:
@@ -57,8 +58,12 @@ class ImageTexture(msgspec.Struct, frozen=True, tag_field="type", tag="image", f
 
     def __post_init__(self) -> None:
         instance(self, "image", Image, "an Image")
-        if self.image.array.max() > 1:
-            raise SceneError(path(self, "image"), float(self.image.array.max()), "no value above 1")
+        values = self.image.array
+        if values.max() > 1:
+            row, column, channel = np.unravel_index(values.argmax(), values.shape)
+            place = f"image.pixels[{row}][{column}][{channel}]"
+            raise SceneError(path(self, place), float(values.max()), "a number in [0, 1]")
+        instance(self, "interpolation", str, "nearest or bilinear")
         if self.interpolation not in ("nearest", "bilinear"):
             raise SceneError(path(self, "interpolation"), self.interpolation, "nearest or bilinear")
 
@@ -82,7 +87,7 @@ class Lambertian(msgspec.Struct, frozen=True, tag_field="type", tag="lambertian"
 
     def __post_init__(self) -> None:
         if not isinstance(self.albedo, Texture):
-            _reflectance(self, "albedo")
+            per_channel(self, "albedo", high=1.0)
 
     @property
     def channels(self) -> int:
@@ -105,7 +110,7 @@ class Mirror(msgspec.Struct, frozen=True, tag_field="type", tag="mirror", forbid
     reflectance: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        _reflectance(self, "reflectance")
+        per_channel(self, "reflectance", high=1.0)
 
     @property
     def channels(self) -> int:
@@ -127,7 +132,7 @@ class Dielectric(msgspec.Struct, frozen=True, tag_field="type", tag="dielectric"
     exterior_ior: float = 1.0
 
     def __post_init__(self) -> None:
-        _positive(self, "interior_ior", "exterior_ior")
+        positive(self, "interior_ior", "exterior_ior")
 
     channels = None
 
@@ -192,7 +197,7 @@ class RoughDielectric(
 
     def __post_init__(self) -> None:
         _roughness(self)
-        _positive(self, "interior_ior", "exterior_ior")
+        positive(self, "interior_ior", "exterior_ior")
         if self.interior_ior == self.exterior_ior:
             expected = "another index than exterior_ior: without refraction there is no rough boundary"
             raise SceneError(path(self, "interior_ior"), self.interior_ior, expected)
@@ -217,11 +222,7 @@ class Blend(msgspec.Struct, frozen=True, tag_field="type", tag="blend", forbid_u
         instance(self, "second", Material, "a material")
         if not 0 <= number(self, "weight", "a number in [0, 1]") <= 1:
             raise SceneError(path(self, "weight"), self.weight, "a number in [0, 1]")
-        if None not in (self.first.channels, self.second.channels) and (
-            self.first.channels != self.second.channels
-        ):
-            expected = f"{self.first.channels} channels, as the first has"
-            raise SceneError(path(self, "second"), self.second, expected)
+        check_channels([(path(self, "first"), self.first), (path(self, "second"), self.second)])
 
     @property
     def channels(self) -> int | None:
@@ -232,24 +233,18 @@ class Blend(msgspec.Struct, frozen=True, tag_field="type", tag="blend", forbid_u
 Material = Lambertian | Mirror | Dielectric | Conductor | RoughConductor | RoughDielectric | Blend
 
 
+def has_dielectric(material: Material) -> bool:
+    """Whether the material, or a part of it, lets light through."""
+    if isinstance(material, Blend):
+        return has_dielectric(material.first) or has_dielectric(material.second)
+    return isinstance(material, Dielectric | RoughDielectric)
+
+
 def is_textured(material: Material) -> bool:
     """Whether the material depends on texture coordinates anywhere."""
     if isinstance(material, Blend):
         return is_textured(material.first) or is_textured(material.second)
     return isinstance(material, Lambertian) and material.textured
-
-
-def _reflectance(owner: msgspec.Struct, field: str) -> tuple[float, ...]:
-    values = numbers(owner, field, low=0.0, high=1.0)
-    if not values:
-        raise SceneError(path(owner, field), values, "one number per channel")
-    return values
-
-
-def _positive(owner: msgspec.Struct, *fields: str) -> None:
-    for field in fields:
-        if not number(owner, field, "a number > 0") > 0:
-            raise SceneError(path(owner, field), getattr(owner, field), "a number > 0")
 
 
 def _roughness(owner: RoughConductor | RoughDielectric) -> None:
@@ -259,8 +254,8 @@ def _roughness(owner: RoughConductor | RoughDielectric) -> None:
 
 
 def _complex_ior(owner: Conductor | RoughConductor) -> None:
-    eta, k = numbers(owner, "eta"), numbers(owner, "k", low=0.0)
-    if not eta or min(eta) <= 0:
-        raise SceneError(path(owner, "eta"), eta, "one number > 0 per channel")
+    eta, k = per_channel(owner, "eta"), per_channel(owner, "k")
+    if min(eta) <= 0:
+        raise SceneError(path(owner, f"eta[{eta.index(min(eta))}]"), min(eta), "a number > 0")
     if len(k) != len(eta):
         raise SceneError(path(owner, "k"), k, f"{len(eta)} channels, as eta has")

@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 
+from scenes.channels import check_channels
 from scenes.coincidence import check_coincidence
 from scenes.lights import Environment, Light, emits
 from scenes.sensor import Sensor
@@ -52,22 +53,24 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def _check_parts(self) -> None:
         """Freeze surfaces and lights; refuse what is none, and parts whose channels differ."""
-        channels = None
-        for field, kind in (("surfaces", Surface), ("lights", Light)):
+        for field, kind, expected in (("surfaces", Surface, "a Surface"), ("lights", Light, "a light")):
+            if not isinstance(getattr(self, field), list | tuple):
+                raise SceneError(path(self, field), getattr(self, field), f"a list of {field}")
             parts = tuple(getattr(self, field))
             msgspec.structs.force_setattr(self, field, parts)
             for i, part in enumerate(parts):
                 if not isinstance(part, kind):
-                    raise SceneError(path(self, f"{field}[{i}]"), part, f"a {field[:-1]}")
-                if part.channels is None:
-                    continue
-                if part.channels != (channels := channels or part.channels):
-                    expected = f"{channels} channels, as what stands before it has"
-                    raise SceneError(path(self, f"{field}[{i}]"), f"{part.channels} channels", expected)
+                    raise SceneError(path(self, f"{field}[{i}]"), part, expected)
+        check_channels(
+            (path(self, f"{field}[{i}]"), part)
+            for field in ("surfaces", "lights")
+            for i, part in enumerate(getattr(self, field))
+        )
 
     @property
     def channels(self) -> int:
         """How many channels radiance has in this scene."""
+        # there is one: something emits, and emission has channels
         return next(part.channels for part in (*self.surfaces, *self.lights) if part.channels is not None)
 
     @property
@@ -110,6 +113,8 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             return msgspec.convert(document, type=cls)
         except msgspec.ValidationError as error:
             raise _located(error, document) from None
+        except RecursionError:
+            raise SceneError("scene", content[:40], "blends in fewer levels") from None
 
     @classmethod
     def load(cls, file: Path) -> Scene:

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.validation import SceneError, Vector, number, path, unit_vector, vector
+from scenes.validation import SceneError, Vector, number, path, positive, sine, unit_vector, vector, whole
 
 Array = NDArray[np.float64]
 
@@ -78,9 +78,7 @@ class ThinLens(msgspec.Struct, frozen=True, tag_field="type", tag="thin_lens", f
     def __post_init__(self) -> None:
         _check_camera(self)
         _check_fov(self)
-        for field in ("aperture_radius", "focus_distance"):
-            if not number(self, field, "a number > 0") > 0:
-                raise SceneError(path(self, field), getattr(self, field), "a number > 0")
+        positive(self, "aperture_radius", "focus_distance")
 
     @property
     def frame(self) -> Array:
@@ -113,8 +111,7 @@ class Orthographic(
 
     def __post_init__(self) -> None:
         _check_camera(self)
-        if not number(self, "extent", "a number > 0") > 0:
-            raise SceneError(path(self, "extent"), self.extent, "a number > 0")
+        positive(self, "extent")
 
     @property
     def frame(self) -> Array:
@@ -182,13 +179,14 @@ Sensor = Camera | Meter
 def _check_camera(camera: Any) -> None:
     origin, target, up = vector(camera, "origin"), vector(camera, "target"), vector(camera, "up")
     for field in ("width", "height"):
-        pixels = getattr(camera, field)
-        if not isinstance(pixels, int) or isinstance(pixels, bool) or pixels < 1:
-            raise SceneError(path(camera, field), pixels, "a whole number of pixels, at least 1")
-    view = np.subtract(target, origin)
-    if not np.linalg.norm(view) > 0:
-        raise SceneError(path(camera, "target"), target, f"a point other than the origin {origin}")
-    if not np.linalg.norm(np.cross(view, up)) > 1e-9 * np.linalg.norm(view) * np.linalg.norm(up):
+        expected = "a whole number of pixels, at least 1"
+        if whole(camera, field, expected) < 1:
+            raise SceneError(path(camera, field), getattr(camera, field), expected)
+    distance = math.dist(origin, target)
+    if not 0 < distance < math.inf:
+        expected = f"a point other than the origin {origin}, at a finite distance"
+        raise SceneError(path(camera, "target"), target, expected)
+    if not sine(np.subtract(target, origin), np.asarray(up)) > 1e-9:
         raise SceneError(path(camera, "up"), up, "a direction that is not parallel to the view")
 
 
@@ -199,7 +197,7 @@ def _check_fov(camera: Pinhole | ThinLens) -> None:
 
 def _check_one_pixel(meter: Meter) -> None:
     for field in ("width", "height"):
-        if getattr(meter, field) != 1:
+        if whole(meter, field, "1: a meter has one pixel") != 1:
             raise SceneError(path(meter, field), getattr(meter, field), "1: a meter has one pixel")
 
 

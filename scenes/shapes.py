@@ -1,19 +1,27 @@
 """Shapes: where surfaces are, the data of G.
 
-Each is closed under affine maps: the image of a quad is a quad, that of a sphere an ellipsoid. The front is the
+They are closed under affine maps: the image of a quad is a quad, that of a sphere an ellipsoid. The front is the
 side that the normal points to.
+
+Texture coordinates (u, v):
+
+- quad: (s, t);
+- disk: ((1 + s) / 2, (1 + t) / 2);
+- sphere, ellipsoid: of the point of the unit sphere, u = φ / 2π with the longitude φ in [0, 2π) from +x towards
+  +y, and v = 1 − θ / π with the polar angle θ from +z; a sphere's local axes are those of the world;
+- mesh: interpolated between those of the vertices.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.validation import SceneError, Vector, instance, number, path, vector
+from scenes.tables import table
+from scenes.validation import SceneError, Vector, instance, path, positive, sine, vector
 
 Array = NDArray[np.float64]
 
@@ -33,23 +41,19 @@ class Quad(msgspec.Struct, frozen=True, tag_field="type", tag="quad", forbid_unk
     def __post_init__(self) -> None:
         vector(self, "corner")
         u, v = vector(self, "edge_u"), vector(self, "edge_v")
-        # sine of the angle between the edges: a relative measure, so that a small quad is no degenerate one
-        if not self.area > 1e-9 * math.hypot(*u) * math.hypot(*v):
+        if not _spans(u, v):
             raise SceneError(path(self, "edge_v"), v, f"an edge that spans an area with edge_u = {u}")
-
-    @property
-    def _cross(self) -> NDArray[np.float64]:
-        return np.cross(self.edge_u, self.edge_v)
 
     @property
     def area(self) -> float:
         """|edge_u × edge_v|."""
-        return float(np.linalg.norm(self._cross))
+        return float(np.linalg.norm(np.cross(self.edge_u, self.edge_v)))
 
     @property
-    def normal(self) -> NDArray[np.float64]:
+    def normal(self) -> Array:
         """The unit normal of the front, ``(3,)``."""
-        return self._cross / np.linalg.norm(self._cross)
+        cross = np.cross(self.edge_u, self.edge_v)
+        return cross / np.linalg.norm(cross)
 
     @property
     def is_rectangle(self) -> bool:
@@ -73,7 +77,7 @@ class Disk(msgspec.Struct, frozen=True, tag_field="type", tag="disk", forbid_unk
     def __post_init__(self) -> None:
         vector(self, "center")
         u, v = vector(self, "axis_u"), vector(self, "axis_v")
-        if not self.area / math.pi > 1e-9 * math.hypot(*u) * math.hypot(*v):
+        if not _spans(u, v):
             raise SceneError(path(self, "axis_v"), v, f"an axis that spans an area with axis_u = {u}")
 
     @property
@@ -103,14 +107,15 @@ class Sphere(msgspec.Struct, frozen=True, tag_field="type", tag="sphere", forbid
 
     def __post_init__(self) -> None:
         vector(self, "center")
-        if not number(self, "radius", "a number > 0") > 0:
-            raise SceneError(path(self, "radius"), self.radius, "a number > 0")
+        positive(self, "radius")
+        if not 0 < self.area < math.inf:
+            raise SceneError(path(self, "radius"), self.radius, "a radius whose square is a number > 0")
         instance(self, "inward", bool, "True or False")
 
     @property
     def area(self) -> float:
         """4πr²."""
-        return 4 * math.pi * self.radius**2
+        return 4 * math.pi * self.radius * self.radius
 
 
 class Ellipsoid(msgspec.Struct, frozen=True, tag_field="type", tag="ellipsoid", forbid_unknown_fields=True):
@@ -130,8 +135,12 @@ class Ellipsoid(msgspec.Struct, frozen=True, tag_field="type", tag="ellipsoid", 
 
     def __post_init__(self) -> None:
         vector(self, "center")
-        lengths = [math.hypot(*vector(self, field)) for field in ("axis_u", "axis_v", "axis_w")]
-        if not abs(np.linalg.det(self.matrix)) > 1e-9 * math.prod(lengths):
+        axes = [np.asarray(vector(self, field)) for field in ("axis_u", "axis_v", "axis_w")]
+        lengths = [math.hypot(*axis) for axis in axes]
+        volume = 0.0
+        if 0 < math.prod(lengths) < math.inf:
+            volume = float(np.linalg.det([axis / length for axis, length in zip(axes, lengths, strict=True)]))
+        if not abs(volume) > 1e-9:
             raise SceneError(path(self, "axis_w"), self.axis_w, "an axis that spans a volume with the others")
         instance(self, "inward", bool, "True or False")
 
@@ -157,16 +166,13 @@ class Mesh(msgspec.Struct, frozen=True, tag_field="type", tag="mesh", forbid_unk
     uv: tuple[tuple[float, float], ...] | None = None
 
     def __post_init__(self) -> None:
-        _rows(self, "vertices", 3, "three numbers x, y, z")
-        _check_triangles(self)
-        for field, width in (("normals", 3), ("uv", 2)):
-            if getattr(self, field) is not None:
-                rows = _rows(self, field, width, f"{width} numbers")
-                if len(rows) != len(self.vertices):
-                    expected = f"{len(self.vertices)} of them, one per vertex"
-                    raise SceneError(path(self, field), len(rows), expected)
+        count = len(table(self, "vertices", (None, 3)))
+        table(self, "triangles", (None, 3), low=0, high=count - 1, whole=True)
+        _refuse_flat(self)
+        if self.uv is not None:
+            table(self, "uv", (count, 2))
         if self.normals is not None:
-            _normalise(self)
+            _normalise(self, table(self, "normals", (count, 3)))
 
     @property
     def corners(self) -> Array:
@@ -190,57 +196,40 @@ class Mesh(msgspec.Struct, frozen=True, tag_field="type", tag="mesh", forbid_unk
 Shape = Quad | Disk | Sphere | Ellipsoid | Mesh
 
 
-def _rows(owner: Any, field: str, width: int, expected: str) -> Array:
-    """Freeze the field into tuples of so many finite numbers each."""
-    try:
-        rows = np.array(getattr(owner, field), dtype=float)
-    except (TypeError, ValueError):
-        rows = np.zeros(0)
-    if rows.ndim != 2 or rows.shape[1] != width or not np.isfinite(rows).all():
-        for i, row in enumerate(getattr(owner, field)):  # which one it is
-            if not np.shape(row) == (width,) or not np.isfinite(np.asarray(row, dtype=float)).all():
-                raise SceneError(path(owner, f"{field}[{i}]"), row, f"{expected}, finite")
-        raise SceneError(path(owner, field), getattr(owner, field), f"a list of {expected}")
-    msgspec.structs.force_setattr(owner, field, tuple(map(tuple, rows.tolist())))
-    return rows
+def _spans(u: Vector, v: Vector) -> bool:
+    """Whether two vectors span an area; relative to their lengths, so that a small one is no degenerate one."""
+    if not sine(np.asarray(u), np.asarray(v)) > 1e-9:
+        return False
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(0 < np.linalg.norm(np.cross(u, v)) < math.inf)
 
 
-def _check_triangles(mesh: Mesh) -> None:
-    """Freeze the triangles; refuse indices that no vertex has, triangles without an area, and the same twice."""
-    indices = np.array(mesh.triangles)
-    if indices.ndim != 2 or indices.shape[1] != 3 or indices.dtype.kind != "i":
-        raise SceneError(path(mesh, "triangles"), mesh.triangles, "a list of three indices of vertices each")
-    wrong = np.flatnonzero(((indices < 0) | (indices >= len(mesh.vertices))).any(axis=1))
-    if len(wrong):
-        expected = f"indices in [0, {len(mesh.vertices) - 1}]"
-        raise SceneError(path(mesh, f"triangles[{wrong[0]}]"), mesh.triangles[wrong[0]], expected)
-    msgspec.structs.force_setattr(mesh, "triangles", tuple(map(tuple, indices.tolist())))
-    a, b, c = mesh.corners.transpose(1, 0, 2)
-    longest = np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    flat = np.flatnonzero(~(2 * mesh.areas > 1e-9 * longest))
+def _refuse_flat(mesh: Mesh) -> None:
+    """Refuse triangles without an area, which have no normal."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        corners = mesh.corners
+        longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
+        flat = np.flatnonzero(~((2 * mesh.areas > 1e-9 * longest) & (longest < math.inf)))
     if len(flat):
-        found = mesh.corners[flat[0]].tolist()
-        raise SceneError(path(mesh, f"triangles[{flat[0]}]"), found, "a triangle with an area")
-    _, first, count = np.unique(np.sort(mesh.corners, axis=1), axis=0, return_index=True, return_counts=True)
-    if (count > 1).any():
-        i = first[count > 1][0]
-        raise SceneError(
-            path(mesh, f"triangles[{i}]"), mesh.triangles[i], "no triangle in the same place twice"
-        )
+        found = tuple(map(tuple, corners[flat[0]].tolist()))
+        raise SceneError(path(mesh, f"triangles[{flat[0]}]"), found, "three corners that span an area")
 
 
-def _normalise(mesh: Mesh) -> None:
+def _normalise(mesh: Mesh, normals: Array) -> None:
     """Freeze unit normals; each on the front of every triangle that uses it, or no side could be told."""
-    normals = np.array(mesh.normals)
-    lengths = np.linalg.norm(normals, axis=1)
-    if not (lengths > 0).all():
-        i = int(np.argmin(lengths))
-        raise SceneError(path(mesh, f"normals[{i}]"), mesh.normals[i], "a direction, not the zero vector")  # type: ignore[index]
-    normals = np.where(np.abs(lengths - 1)[:, None] < 1e-15, normals, normals / lengths[:, None])
-    msgspec.structs.force_setattr(mesh, "normals", tuple(map(tuple, normals.tolist())))
-    a, b, c = mesh.corners.transpose(1, 0, 2)
-    cosines = np.einsum("tvi,ti->tv", normals[np.array(mesh.triangles)], np.cross(b - a, c - a))
-    if not (cosines > 0).all():
-        i = int(np.argwhere(~(cosines > 0))[0, 0])
-        expected = "shading normals on the front of the triangle (counterclockwise vertices)"
-        raise SceneError(path(mesh, f"triangles[{i}]"), mesh.triangles[i], expected)
+    lengths = np.array([math.hypot(*n) for n in normals])
+    unusable = np.flatnonzero(~((lengths > 0) & (lengths < math.inf)))
+    if len(unusable):
+        found = tuple(normals[unusable[0]].tolist())
+        raise SceneError(path(mesh, f"normals[{unusable[0]}]"), found, "a direction, not the zero vector")
+    # dividing once more would change the last digits: not what JSON has kept
+    unit = np.where(np.abs(lengths - 1)[:, None] < 1e-15, normals, normals / lengths[:, None])
+    msgspec.structs.force_setattr(mesh, "normals", tuple(map(tuple, unit.tolist())))
+    triangles, (a, b, c) = np.array(mesh.triangles), mesh.corners.transpose(1, 0, 2)
+    cosines = np.einsum("tvi,ti->tv", unit[triangles], np.cross(b - a, c - a))
+    behind = np.argwhere(~(cosines > 0))
+    if len(behind):
+        triangle, corner = behind[0]
+        vertex = mesh.triangles[triangle][corner]
+        expected = f"a direction on the front of triangles[{triangle}], whose vertices run counterclockwise"
+        raise SceneError(path(mesh, f"normals[{vertex}]"), tuple(normals[vertex].tolist()), expected)

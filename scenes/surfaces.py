@@ -9,8 +9,9 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
+from scenes.channels import check_channels
 from scenes.lights import Emission
-from scenes.materials import Blend, Dielectric, Material, RoughDielectric, is_textured
+from scenes.materials import Material, has_dielectric, is_textured
 from scenes.shapes import Mesh, Quad, Shape, Sphere
 from scenes.validation import SceneError, Vector, instance, path
 
@@ -43,19 +44,19 @@ class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         if isinstance(self.shape, Mesh) and self.shape.uv is None and is_textured(self.material):
             expected = "texture coordinates: the material has a texture"
             raise SceneError(path(self, "shape.uv"), None, expected)
-        if self.two_sided and (media := _has_dielectric(self.material)):
-            raise SceneError(path(self, "two_sided"), True, f"False: {media} has two sides of its own")
-        if self.emission is None:
-            return
-        if self.emission.polar_range is not None and not isinstance(self.shape, Sphere):
+        if self.two_sided and has_dielectric(self.material):
+            raise SceneError(path(self, "two_sided"), True, "False: a dielectric has two sides of its own")
+        if (
+            self.emission is not None
+            and self.emission.polar_range is not None
+            and not isinstance(self.shape, Sphere)
+        ):
             raise SceneError(
                 path(self, "emission.polar_range"),
                 self.emission.polar_range,
                 "None: only a sphere has polar angles",
             )
-        if self.material.channels not in (None, len(self.emission.radiance)):
-            expected = f"{self.material.channels} channels, as the material has"
-            raise SceneError(path(self, "emission.radiance"), self.emission.radiance, expected)
+        check_channels([("Surface", self)])
 
     @property
     def channels(self) -> int | None:
@@ -66,13 +67,6 @@ class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def emits(self) -> bool:
         """Whether any channel of its emission is above zero."""
         return self.emission is not None and any(self.emission.radiance)
-
-
-def _has_dielectric(material: Material) -> str:
-    """The type of the dielectric in a material, empty if there is none."""
-    if isinstance(material, Blend):
-        return _has_dielectric(material.first) or _has_dielectric(material.second)
-    return type(material).__name__ if isinstance(material, Dielectric | RoughDielectric) else ""
 
 
 _BOX_FACES = ("left", "right", "bottom", "top", "back", "front")

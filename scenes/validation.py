@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from numbers import Real
 from typing import Any
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 Vector = tuple[float, float, float]
+
+
+_LONGEST = 300  # characters of a value in a message: a mesh has millions
 
 
 class SceneError(ValueError):
@@ -26,7 +32,10 @@ class SceneError(ValueError):
         self.path, self.found, self.expected = path, found, expected
 
     def __str__(self) -> str:
-        return f"{self.path} = {self.found!r}: expected {self.expected}"
+        found = repr(self.found)
+        if len(found) > _LONGEST:
+            found = f"{found[:_LONGEST]} … ({len(found)} characters)"
+        return f"{self.path} = {found}: expected {self.expected}"
 
     def below(self, parent: str) -> SceneError:
         """The same error as seen from a parent: ``Lambertian.albedo[1]`` becomes ``parent.albedo[1]``."""
@@ -41,11 +50,13 @@ def path(owner: object, field: str) -> str:
 
 def finite(owner: object, field: str, value: object, expected: str = "a finite number") -> float:
     """The value as a float; refuses NaN, infinity and anything that is no number."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value.item()
     try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        raise SceneError(path(owner, field), value, expected) from None
-    if isinstance(value, bool | str | bytes) or not math.isfinite(number):
+        number = math.nan if isinstance(value, bool) or not isinstance(value, Real) else float(value)
+    except OverflowError:  # an integer beyond all floats
+        number = math.inf
+    if not math.isfinite(number):
         raise SceneError(path(owner, field), value, expected)
     return number
 
@@ -55,6 +66,22 @@ def number(owner: Any, field: str, expected: str = "a finite number") -> float:
     value = finite(owner, field, getattr(owner, field), expected)
     msgspec.structs.force_setattr(owner, field, value)
     return value
+
+
+def whole(owner: Any, field: str, expected: str) -> int:
+    """Freeze the field into an int and return it."""
+    value = getattr(owner, field)
+    if not isinstance(value, int | np.integer) or isinstance(value, bool):
+        raise SceneError(path(owner, field), value, expected)
+    msgspec.structs.force_setattr(owner, field, int(value))
+    return int(value)
+
+
+def positive(owner: Any, *fields: str) -> None:
+    """Freeze each field into a finite float; refuse what is not above zero."""
+    for field in fields:
+        if not number(owner, field, "a number > 0") > 0:
+            raise SceneError(path(owner, field), getattr(owner, field), "a number > 0")
 
 
 def instance(owner: Any, field: str, kind: Any, expected: str) -> None:
@@ -68,7 +95,7 @@ def numbers(owner: Any, field: str, low: float = -math.inf, high: float = math.i
     values = getattr(owner, field)
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise SceneError(path(owner, field), values, "a list of numbers")
-    expected = f"a number in [{low:g}, {high:g}]" if math.isfinite(low) else "a finite number"
+    expected = between(low, high)
     frozen = []
     for i, value in enumerate(values):
         number = finite(owner, f"{field}[{i}]", value, expected)
@@ -79,6 +106,21 @@ def numbers(owner: Any, field: str, low: float = -math.inf, high: float = math.i
     return tuple(frozen)
 
 
+def per_channel(owner: Any, field: str, low: float = 0.0, high: float = math.inf) -> tuple[float, ...]:
+    """Freeze the field into at least one finite number in [low, high] and return it."""
+    values = numbers(owner, field, low, high)
+    if not values:
+        raise SceneError(path(owner, field), values, "one number per channel")
+    return values
+
+
+def between(low: float, high: float) -> str:
+    """What a message expects of a number in [low, high]."""
+    if math.isfinite(high):
+        return f"a number in [{low:g}, {high:g}]"
+    return f"a finite number ≥ {low:g}" if math.isfinite(low) else "a finite number"
+
+
 def vector(owner: Any, field: str) -> Vector:
     """Freeze the field into a tuple of three finite numbers and return it."""
     values = numbers(owner, field)
@@ -87,22 +129,23 @@ def vector(owner: Any, field: str) -> Vector:
     return values
 
 
-def vector_of(owner: Any, field: str, value: Any) -> Vector:
-    """The value as three finite numbers; the field is named in errors only."""
-    if isinstance(value, str) or not isinstance(value, Iterable) or len(tuple(value)) != 3:
-        raise SceneError(path(owner, field), value, "three numbers x, y, z")
-    x, y, z = (finite(owner, f"{field}[{i}]", v) for i, v in enumerate(value))
-    return x, y, z
-
-
 def unit_vector(owner: Any, field: str) -> Vector:
     """Freeze the field into a unit vector and return it; any length but zero may be given."""
     x, y, z = vector(owner, field)
     length = math.hypot(x, y, z)
-    if length == 0:
+    if not 0 < length < math.inf:
         raise SceneError(path(owner, field), (x, y, z), "a direction, not the zero vector")
     if abs(length - 1) < 1e-15:  # dividing once more would change its last digits: not what JSON has kept
         return x, y, z
     unit = (x / length, y / length, z / length)
     msgspec.structs.force_setattr(owner, field, unit)
     return unit
+
+
+def sine(u: NDArray[np.float64], v: NDArray[np.float64]) -> float:
+    """Of the angle between two vectors; 0 where one of them has no direction."""
+    with np.errstate(over="ignore", invalid="ignore"):  # lengths beyond all floats: no direction either
+        lengths = math.hypot(*u), math.hypot(*v)
+        if not 0 < min(lengths) <= max(lengths) < math.inf:
+            return 0.0
+        return math.hypot(*np.cross(u / lengths[0], v / lengths[1]))

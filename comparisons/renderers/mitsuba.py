@@ -21,11 +21,12 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from comparisons.renderers.protocol import Images, Unsupported
-from scenes import AreaLight, Lambertian, Quad, Scene, Sphere, Surface
+from scenes import AreaLight, Lambertian, Material, Pinhole, Quad, Scene, Sensor, Sphere, Surface
 
 Array = NDArray[np.float64]
 
@@ -105,41 +106,68 @@ def scene_dict(mi: Any, scene: Scene) -> dict[str, Any]:
     """
     if scene.channels != 3:
         raise Unsupported(f"{scene.channels} channels: scalar_rgb has 3")
-    sensor = scene.sensor
+    for light in scene.lights:
+        raise Unsupported(f"{_type(light)} light: {_NOT_YET}")
     return {
         "type": "scene",
-        "sensor": {
-            "type": "perspective",
-            "fov_axis": "smaller",
-            "fov": sensor.fov,
-            "near_clip": 1e-6 * math.dist(sensor.origin, sensor.target),
-            "to_world": mi.ScalarTransform4f().look_at(
-                origin=list(sensor.origin), target=list(sensor.target), up=list(sensor.up)
-            ),
-            "film": {
-                "type": "hdrfilm",
-                "width": sensor.width,
-                "height": sensor.height,
-                "rfilter": {"type": "box"},
-                "pixel_format": "rgb",
-                "component_format": "float32",
-            },
-            "sampler": {"type": "independent"},
-        },
+        "sensor": _sensor(mi, scene.sensor),
         # numbered, since Mitsuba does not take every name
         **{f"surface{i}": _surface(mi, surface) for i, surface in enumerate(scene.surfaces)},
     }
 
 
+_NOT_YET = "the adapter does not translate it yet"
+
+
+def _type(part: msgspec.Struct) -> str:
+    """What a part of a scene is called in JSON."""
+    return str(part.__struct_config__.tag)
+
+
+def _sensor(mi: Any, sensor: Sensor) -> dict[str, Any]:
+    if not isinstance(sensor, Pinhole):
+        raise Unsupported(f"{_type(sensor)} sensor: {_NOT_YET}")
+    return {
+        "type": "perspective",
+        "fov_axis": "smaller",
+        "fov": sensor.fov,
+        "near_clip": 1e-6 * math.dist(sensor.origin, sensor.target),
+        "to_world": mi.ScalarTransform4f().look_at(
+            origin=list(sensor.origin), target=list(sensor.target), up=list(sensor.up)
+        ),
+        "film": {
+            "type": "hdrfilm",
+            "width": sensor.width,
+            "height": sensor.height,
+            "rfilter": {"type": "box"},
+            "pixel_format": "rgb",
+            "component_format": "float32",
+        },
+        "sampler": {"type": "independent"},
+    }
+
+
 def _surface(mi: Any, surface: Surface) -> dict[str, Any]:
-    shape = _quad(mi, surface.shape) if isinstance(surface.shape, Quad) else _sphere(mi, surface)
+    if surface.two_sided:
+        raise Unsupported(f"two-sided surface: {_NOT_YET}")
+    match surface.shape:
+        case Quad():
+            shape = _quad(mi, surface.shape)
+        case Sphere():
+            shape = _sphere(mi, surface)
+        case _:
+            raise Unsupported(f"{_type(surface.shape)} shape: {_NOT_YET}")
     shape["bsdf"] = _bsdf(surface.material)
     if surface.emission is not None:
         shape["emitter"] = {"type": "area", "radiance": _radiance(mi, surface.emission)}
     return shape
 
 
-def _bsdf(material: Lambertian) -> dict[str, Any]:
+def _bsdf(material: Material) -> dict[str, Any]:
+    if not isinstance(material, Lambertian):
+        raise Unsupported(f"{_type(material)} material: {_NOT_YET}")
+    if not isinstance(material.albedo, tuple):
+        raise Unsupported(f"{_type(material.albedo)} texture: {_NOT_YET}")
     return {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(material.albedo)}}
 
 

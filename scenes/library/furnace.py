@@ -30,6 +30,7 @@ def _uniform(scene: Scene, bounces: int) -> Images:
     """E ρᵏ in every pixel; e and ρ are those of any surface, since all are the same."""
     surface = scene.surfaces[0]
     assert surface.emission is not None
+    assert isinstance(surface.material, Lambertian)
     e, rho = np.asarray(surface.emission.radiance), np.asarray(surface.material.albedo)
     series = np.stack([e * rho**k for k in range(bounces + 1)])
     return np.broadcast_to(series[:, None, None, :], (bounces + 1, *scene.shape)).copy()

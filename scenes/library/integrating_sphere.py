@@ -34,6 +34,7 @@ def _cap_coverage(scene: Scene) -> Images:
     """
     surface = scene.surfaces[0]
     assert isinstance(surface.shape, Sphere)
+    assert isinstance(scene.sensor, Pinhole)
     assert surface.emission is not None
     assert surface.emission.polar_range is not None
     zone = surface.emission.polar_range
@@ -53,6 +54,7 @@ def _series(scene: Scene, bounces: int) -> Images:
     surface = scene.surfaces[0]
     assert surface.emission is not None
     assert surface.emission.polar_range is not None
+    assert isinstance(surface.material, Lambertian)
     e, rho = np.asarray(surface.emission.radiance), np.asarray(surface.material.albedo)
     images = np.empty((bounces + 1, *scene.shape))
     images[0] = _cap_coverage(scene)[..., None] * e

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from reference_tracer.propagation import Points
+from reference_tracer.points import Points
 from reference_tracer.random_walk import STRATEGIES, RandomWalk, Strategy, render
 from reference_tracer.reflection import LambertianBSDF
 from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Sphere, Surface

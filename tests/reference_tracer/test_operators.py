@@ -20,7 +20,8 @@ from reference_tracer.operators import (
     reflection,
     transport,
 )
-from reference_tracer.propagation import NOWHERE, Points, RayCaster
+from reference_tracer.points import NOWHERE, Points
+from reference_tracer.propagation import RayCaster
 from reference_tracer.random_walk import render
 from scenes import Scene
 from scenes.library import CASES, case

@@ -6,13 +6,28 @@ import msgspec
 import numpy as np
 import pytest
 
-from reference_tracer.propagation import NOWHERE, Points, RayCaster
-from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Sphere, Surface, box
+from reference_tracer.points import NOWHERE, Points
+from reference_tracer.propagation import RayCaster
+from scenes import (
+    AreaLight,
+    Disk,
+    Ellipsoid,
+    Lambertian,
+    Mesh,
+    Pinhole,
+    PointLight,
+    Quad,
+    Scene,
+    Shape,
+    Sphere,
+    Surface,
+    box,
+)
 from scenes.library import case
+from scenes.transforms import Affine, transformed
 
 GREY, LIGHT = Lambertian((0.5,)), AreaLight((1.0,))
 CAMERA = Pinhole((0.0, 0.0, 9.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 40.0, 4, 4)
-Shape = Quad | Sphere
 
 
 def scene_of(*shapes: Shape) -> Scene:
@@ -28,12 +43,52 @@ def vector(rng: np.random.Generator, size: float) -> tuple[float, float, float]:
     return tuple(rng.uniform(-size, size, 3).tolist())
 
 
-def random_scene(seed: int) -> Scene:
-    """Quads and spheres, inward and outward, in and through one another, within about ±3."""
+def random_shapes(rng: np.random.Generator, kind: type[Shape]) -> list[Shape]:
+    """Shapes of one kind, in and through one another, within about ±3; many enough for a hierarchy of triangles."""
+    if kind is Quad:
+        return [Quad(vector(rng, 2), vector(rng, 2), vector(rng, 2)) for _ in range(6)]
+    if kind is Disk:
+        return [Disk(vector(rng, 2), vector(rng, 1), vector(rng, 1)) for _ in range(4)]
+    if kind is Sphere:
+        return [Sphere(vector(rng, 1.5), float(rng.uniform(0.2, 1.2)), bool(i % 2)) for i in range(4)]
+    if kind is Ellipsoid:
+        return [
+            Ellipsoid(vector(rng, 1.5), vector(rng, 1), vector(rng, 1), vector(rng, 1), bool(i % 2))
+            for i in range(3)
+        ]
+    corners = [np.array(vector(rng, 2)) + rng.uniform(-0.7, 0.7, (3, 3)) for _ in range(300)]
+    vertices = np.concatenate(corners)
+    split = 3 * 120  # two meshes
+    return [
+        Mesh(tuple(map(tuple, part.tolist())), tuple((i, i + 1, i + 2) for i in range(0, len(part), 3)))
+        for part in (vertices[:split], vertices[split:])
+    ]
+
+
+def parallelepiped(rng: np.random.Generator, missing: int) -> list[Shape]:
+    """Faces of a slanted box, the last few left out."""
+    half = np.linalg.qr(rng.standard_normal((3, 3)))[0] @ np.diag(rng.uniform(0.3, 1.5, 3)) + 0.1
+    half[0] *= np.sign(np.linalg.det(half))
+    edges = tuple(map(tuple, half.tolist()))
+    faces = box("b", vector(rng, 1), edges, GREY, inward=bool(missing % 2))  # type: ignore[arg-type]
+    return [face.shape for face in faces[: 6 - missing]]
+
+
+KINDS: dict[str, tuple[type[Shape], ...]] = {
+    "quads": (Quad,),
+    "disks": (Disk,),
+    "spheres": (Sphere,),
+    "ellipsoids": (Ellipsoid,),
+    "meshes": (Mesh,),
+    "all": (Quad, Disk, Sphere, Ellipsoid, Mesh),
+}
+
+
+def random_scene(seed: int, kind: str = "all") -> Scene:
     rng = np.random.default_rng(seed)
-    quads = [Quad(vector(rng, 2), vector(rng, 2), vector(rng, 2)) for _ in range(6)]
-    spheres = [Sphere(vector(rng, 1.5), float(rng.uniform(0.2, 1.2)), bool(i % 2)) for i in range(4)]
-    shapes: list[Shape] = [*quads, *spheres]
+    shapes = [shape for one in KINDS[kind] for shape in random_shapes(rng, one)]
+    if kind == "all":
+        shapes += [*parallelepiped(rng, 0), *parallelepiped(rng, seed % 4)]
     rng.shuffle(shapes)
     return scene_of(*shapes)
 
@@ -41,56 +96,151 @@ def random_scene(seed: int) -> Scene:
 # ---- one ray, one surface
 
 
+def flat(x: np.ndarray, d: np.ndarray, corner: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """t, a, b with x + t d = corner + a u + b v."""
+    return np.linalg.solve(np.stack([d, -np.array(u), -np.array(v)], axis=1), -x + corner)
+
+
 def distance(shape: Shape, x: np.ndarray, d: np.ndarray, starts_here: bool) -> float:
-    """Where x + td first meets the shape, inf if nowhere."""
+    """Where x + td first meets the shape, inf if nowhere; a mesh given as one of its triangles, ``(3, 3)``."""
+    if isinstance(shape, Sphere | Ellipsoid):
+        M = shape.radius * np.eye(3) if isinstance(shape, Sphere) else shape.matrix
+        o, w = np.linalg.solve(M, x - np.array(shape.center)), np.linalg.solve(M, d)
+        roots = np.roots([w @ w, 2 * o @ w, o @ o - 1])
+        met = [t.real for t in roots if abs(t.imag) < 1e-12 and t.real > (1e-9 if starts_here else 0)]
+        return min(met, default=np.inf)
+    if starts_here:
+        return np.inf
     if isinstance(shape, Quad):
-        if starts_here:
-            return np.inf
-        t, a, b = np.linalg.solve(
-            np.stack([d, -np.array(shape.edge_u), -np.array(shape.edge_v)], axis=1), -x + shape.corner
-        )
-        return t if t > 0 and 0 <= a <= 1 and 0 <= b <= 1 else np.inf
-    o = x - np.array(shape.center)
-    roots = np.roots([1.0, 2 * o @ d, o @ o - shape.radius**2])
-    met = [t.real for t in roots if abs(t.imag) < 1e-12 and t.real > (1e-9 if starts_here else 0)]
-    return min(met, default=np.inf)
+        t, a, b = flat(x, d, np.array(shape.corner), shape.edge_u, shape.edge_v)
+        inside = 0 <= a <= 1 and 0 <= b <= 1
+    elif isinstance(shape, Disk):
+        t, a, b = flat(x, d, np.array(shape.center), shape.axis_u, shape.axis_v)
+        inside = a * a + b * b <= 1
+    else:
+        p, q, r = shape
+        t, a, b = flat(x, d, p, q - p, r - p)
+        inside = min(a, b) >= 0 and a + b <= 1
+    return t if t > 0 and inside else np.inf
 
 
-def first(scene: Scene, x: np.ndarray, d: np.ndarray, start: int) -> tuple[int, float]:
-    distances = [distance(s.shape, x, d, i == start) for i, s in enumerate(scene.surfaces)]
+def parts(scene: Scene) -> list[tuple[int, Shape]]:
+    """Surface and shape of every primitive, in order."""
+    return [
+        (i, part)
+        for i, s in enumerate(scene.surfaces)
+        for part in (s.shape.corners if isinstance(s.shape, Mesh) else [s.shape])
+    ]
+
+
+def first(scene: Scene, x: np.ndarray, d: np.ndarray, start: int) -> tuple[int, int, float]:
+    """Surface, primitive and distance."""
+    primitives = parts(scene)
+    distances = [distance(part, x, d, i == start) for i, (_, part) in enumerate(primitives)]
     nearest = int(np.argmin(distances))
-    return (nearest, distances[nearest]) if np.isfinite(distances[nearest]) else (NOWHERE, np.inf)
+    if not np.isfinite(distances[nearest]):
+        return NOWHERE, NOWHERE, np.inf
+    return primitives[nearest][0], nearest, distances[nearest]
 
 
 def front(shape: Shape, x: np.ndarray) -> np.ndarray:
-    if isinstance(shape, Quad):
-        return np.cross(shape.edge_u, shape.edge_v) / np.linalg.norm(np.cross(shape.edge_u, shape.edge_v))
-    return (x - shape.center) / shape.radius * (-1 if shape.inward else 1)
+    if isinstance(shape, Sphere | Ellipsoid):
+        M = shape.radius * np.eye(3) if isinstance(shape, Sphere) else shape.matrix
+        n = np.linalg.inv(M).T @ np.linalg.inv(M) @ (x - shape.center)  # half the gradient of |M⁻¹(x − c)|²
+        n = -n if shape.inward else n
+    elif isinstance(shape, Quad | Disk):
+        n = shape.normal
+    else:
+        n = np.cross(shape[1] - shape[0], shape[2] - shape[0])
+    return n / np.linalg.norm(n)
 
 
 def check(scene: Scene, origin: Points, d: np.ndarray) -> Points:
-    hit = RayCaster(scene)(origin, d)
+    hit, primitives = RayCaster(scene)(origin, d), parts(scene)
     for i in range(len(origin)):
-        surface, t = first(scene, origin.x[:, i], d[:, i], int(origin.surface[i]))
-        assert hit.surface[i] == surface
+        surface, primitive, t = first(scene, origin.x[:, i], d[:, i], int(origin.primitive[i]))
+        assert (hit.surface[i], hit.primitive[i]) == (surface, primitive)
         if surface != NOWHERE:
             expected = origin.x[:, i] + t * d[:, i]
-            np.testing.assert_allclose(hit.x[:, i], expected, atol=1e-12)
-            np.testing.assert_allclose(
-                hit.n[:, i], front(scene.surfaces[surface].shape, expected), atol=1e-11
-            )
+            np.testing.assert_allclose(hit.x[:, i], expected, atol=1e-11)
+            np.testing.assert_allclose(hit.n[:, i], front(primitives[primitive][1], expected), atol=1e-10)
     return hit
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_from_space_and_from_surface_to_surface(seed: int) -> None:
-    scene, rng, count = random_scene(seed), np.random.default_rng(100 + seed), 200
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(3))
+def test_from_space_and_from_surface_to_surface(kind: str, seed: int) -> None:
+    count = 40 if Mesh in KINDS[kind] else 300
+    scene, rng = random_scene(seed, kind), np.random.default_rng(100 + seed)
     x, aim = rng.uniform(-3, 3, (3, count)), rng.uniform(-1.5, 1.5, (3, count))
     hit = check(scene, Points.nowhere(x), (aim - x) / np.linalg.norm(aim - x, axis=0))
     met = hit[hit.surface != NOWHERE]
-    assert 60 < len(met) < count  # some rays meet something, some nothing
+    assert len(met) > 10
     again = check(scene, met, unit(rng, len(met)))  # to either side, so also through the body of a sphere
-    assert np.count_nonzero(again.surface == met.surface) > 3
+    assert len(again[again.surface != NOWHERE]) > 2 or kind == "disks"
+
+
+def test_some_rays_end_where_they_began_and_some_nowhere() -> None:
+    """What the test above would not look at if its scenes were badly chosen."""
+    scene, rng = random_scene(0), np.random.default_rng(9)
+    caster, d = RayCaster(scene), unit(rng, 2000)
+    hit = caster(Points.nowhere(rng.uniform(-3, 3, (3, 2000))), d)
+    again = caster(hit[hit.surface != NOWHERE], d[:, hit.surface != NOWHERE])
+    assert 0.01 < np.mean(hit.surface == NOWHERE) < 0.9
+    through = again.surface == hit.surface[hit.surface != NOWHERE]
+    assert np.count_nonzero(through) > 20
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_visible(seed: int) -> None:
+    """Between points of the scene, and to a light and to infinity: nothing but the two ends on the segment."""
+    scene, rng = random_scene(seed), np.random.default_rng(seed)
+    count, far = 60, np.tile([[0.0], [0.0], [7.0]], 60)
+    caster = RayCaster(msgspec.structs.replace(scene, lights=(PointLight((0.0, 0.0, 7.0), (1.0,)),)))
+    x = Points.nowhere(rng.uniform(-3, 3, (3, 9 * count)))
+    hit = caster(x, unit(rng, 9 * count))
+    hit = hit[np.flatnonzero(hit.surface != NOWHERE)]
+    a, b, seen = hit[np.arange(count)], hit[np.arange(count, 2 * count)], []
+    for end, target in ((b.x, b.primitive), (far, np.full(count, NOWHERE))):
+        d = end - a.x
+        t = np.linalg.norm(d, axis=0)
+        visible = caster.visible(a, d / t, t, target)
+        for i in range(count):
+            _, primitive, stop = first(scene, a.x[:, i], d[:, i] / t[i], int(a.primitive[i]))
+            assert visible[i] == (stop > t[i] * (1 + 1e-9) or primitive == target[i] != NOWHERE)
+        seen.append(np.mean(visible))
+    assert min(seen) > 0.02
+    assert max(seen) < 0.98
+
+
+@pytest.mark.parametrize("name", ["cornell-box", "furnace-sphere", "furnace-box"])
+def test_what_can_not_occlude_is_rightly_left_out(name: str) -> None:
+    """Visibility from point to point on fronts, by the few that may occlude and by all."""
+    scene, rng = case(name).scene, np.random.default_rng(7)
+    caster = RayCaster(scene)
+    assert len(caster._occluders) < len(caster._all) or name == "cornell-box"
+    origin = Points.nowhere(np.tile(np.array(scene.sensor.origin)[:, None], 4000))
+    target = rng.uniform(-1, 1, (3, 4000)) * [[1.0], [1.0], [0.0]] - origin.x
+    at = caster(origin, target / np.linalg.norm(target, axis=0))
+    at = at[np.flatnonzero(at.surface != NOWHERE)]
+    if name == "cornell-box":  # half of the points on the lamp
+        lamp = scene.surfaces[0].shape
+        u, v = rng.random((2, len(at)))
+        on = np.arange(len(at)) % 2 == 1
+        at.x[:, on] = (np.outer(lamp.edge_u, u) + np.outer(lamp.edge_v, v) + np.array(lamp.corner)[:, None])[
+            :, on
+        ]
+        at.n[:, on], at.surface[on] = lamp.normal[:, None], 0
+    a, b = at[np.arange(0, len(at) - 1, 2)], at[np.arange(1, len(at), 2)]
+    d = b.x - a.x
+    t = np.linalg.norm(d, axis=0)
+    d /= t
+    facing = (np.einsum("in,in->n", a.n, d) > 1e-6) & (np.einsum("in,in->n", b.n, d) < -1e-6) & (t > 0)
+    pairs = np.flatnonzero(facing)
+    assert len(pairs) > 200
+    visible = caster.visible(a[pairs], d[:, pairs], t[pairs], b.primitive[pairs])
+    met = caster(a[pairs], d[:, pairs])
+    np.testing.assert_array_equal(visible, met.primitive == b.primitive[pairs])
 
 
 def test_nowhere_has_a_normal() -> None:
@@ -98,13 +248,6 @@ def test_nowhere_has_a_normal() -> None:
     assert away.surface.tolist() == [NOWHERE]
     np.testing.assert_array_equal(away.n[:, 0], [0, 0, 1])
     assert np.isfinite(away.x).all()
-
-
-@pytest.mark.parametrize("kind", ["quads", "spheres"])
-def test_a_scene_of_one_kind_of_shape(kind: str) -> None:
-    shapes = [s.shape for s in random_scene(1).surfaces if isinstance(s.shape, Quad) == (kind == "quads")]
-    rng = np.random.default_rng(5)
-    check(scene_of(*shapes), Points.nowhere(rng.uniform(-3, 3, (3, 100))), unit(rng, 100))
 
 
 def test_the_nearest_of_a_stack() -> None:
@@ -186,22 +329,11 @@ def test_no_ray_escapes_from_a_closed_scene(name: str) -> None:
 # ---- scale, and rays that lie in planes
 
 
-def scaled(scene: Scene, factor: float) -> Scene:
-    def larger(shape: Shape) -> Shape:
-        fields = ("corner", "edge_u", "edge_v") if isinstance(shape, Quad) else ("center",)
-        changes = {f: tuple(factor * c for c in getattr(shape, f)) for f in fields}
-        if isinstance(shape, Sphere):
-            changes["radius"] = factor * shape.radius
-        return msgspec.structs.replace(shape, **changes)
-
-    return scene_of(*(larger(surface.shape) for surface in scene.surfaces))
-
-
 @pytest.mark.parametrize("factor", [1e-6, 1e-3, 1e3, 1e6])
 def test_the_size_of_a_scene_changes_nothing(factor: float) -> None:
     scene, rng, count = random_scene(3), np.random.default_rng(3), 1000
     x, d, d2 = rng.uniform(-3, 3, (3, count)), unit(rng, count), unit(rng, count)
-    casters = RayCaster(scene), RayCaster(scaled(scene, factor))
+    casters = RayCaster(scene), RayCaster(transformed(scene, Affine.scaling(factor)))
     hits = casters[0](Points.nowhere(x), d), casters[1](Points.nowhere(factor * x), d)
     for _ in range(2):
         np.testing.assert_array_equal(hits[0].surface, hits[1].surface)

@@ -10,7 +10,8 @@ import pytest
 
 from reference_tracer import random_walk
 from reference_tracer.emission import Emitters
-from reference_tracer.propagation import Points, RayCaster
+from reference_tracer.points import Points
+from reference_tracer.propagation import RayCaster
 from reference_tracer.random_walk import STRATEGIES, NonFiniteRadianceError, Strategy, render
 from reference_tracer.reflection import LambertianBSDF
 from scenes import Scene

@@ -1,4 +1,4 @@
-"""The Lambertian BSDF: reciprocity, energy, and sampling that follows its density."""
+"""The Lambertian BSDF, surfaces of several materials, and blends."""
 
 from __future__ import annotations
 
@@ -8,22 +8,32 @@ import msgspec
 import numpy as np
 import pytest
 
+from reference_tracer.bsdf import BSDF
 from reference_tracer.propagation import NOWHERE, Points
-from reference_tracer.reflection import LambertianBSDF
-from scenes import Lambertian, Scene
+from reference_tracer.reflection import LambertianBSDF, PerSurfaceBSDF, bsdf_of
+from scenes import AreaLight, Blend, Lambertian, Material, Pinhole, Scene, Sphere, Surface
 from scenes.library import case
 
 COUNT = 50_000
+RED, BLUE = Lambertian((0.8, 0.3, 0.1)), Lambertian((0.1, 0.2, 0.9))
 
 
 @pytest.fixture(scope="module")
-def scene() -> Scene:
+def box() -> Scene:
     return case("cornell-box").scene
 
 
 @pytest.fixture(scope="module")
-def bsdf(scene: Scene) -> LambertianBSDF:
-    return LambertianBSDF(scene)
+def lambertian(box: Scene) -> BSDF:
+    return bsdf_of(box)
+
+
+def scene_of(*materials: Material) -> Scene:
+    """Spheres of these materials, one after the other; the first has an emission, since something must."""
+    surfaces = [Surface(f"s{i}", Sphere((3.0 * i, 0, 0), 1.0), m) for i, m in enumerate(materials)]
+    channels = next((m.channels for m in materials if m.channels is not None), 3)
+    surfaces[0] = msgspec.structs.replace(surfaces[0], emission=AreaLight((1.0,) * channels))
+    return Scene(tuple(surfaces), Pinhole((0.0, 0.0, 9.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 40.0, 2, 2))
 
 
 def unit(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -31,88 +41,168 @@ def unit(rng: np.random.Generator, count: int) -> np.ndarray:
     return d / np.linalg.norm(d, axis=0)
 
 
-def points(scene: Scene, count: int, seed: int = 1) -> Points:
+def points(surfaces: int, count: int, seed: int = 1, **fields: np.ndarray) -> Points:
     """Points with any normal on any surface: a BSDF asks for no more."""
     rng = np.random.default_rng(seed)
-    return Points(rng.random((3, count)), unit(rng, count), rng.integers(len(scene.surfaces), size=count))
+    n = unit(rng, count)
+    return Points(
+        x=rng.random((3, count)),
+        n=n,
+        surface=rng.integers(surfaces, size=count),
+        ns=fields.get("ns", n),
+        uv=fields.get("uv"),
+    )
 
 
 def cosine(at: Points, w: np.ndarray) -> np.ndarray:
     return (at.n * w).sum(axis=0)
 
 
-def test_reciprocity(scene: Scene, bsdf: LambertianBSDF) -> None:
-    at, rng = points(scene, 1000), np.random.default_rng(2)
-    wi, wo = unit(rng, 1000), unit(rng, 1000)
-    np.testing.assert_array_equal(bsdf.f(at, wi, wo), bsdf.f(at, wo, wi))
+def test_a_scene_of_one_type_is_evaluated_without_distribution(lambertian: BSDF) -> None:
+    assert type(lambertian) is LambertianBSDF
+    assert not lambertian.needs_choice
 
 
-def test_value_on_the_front_and_on_the_back(scene: Scene, bsdf: LambertianBSDF) -> None:
-    at, rng = points(scene, 1000), np.random.default_rng(2)
+def test_reciprocity(box: Scene, lambertian: BSDF) -> None:
+    at, rng = points(len(box.surfaces), 1000), np.random.default_rng(2)
     wi, wo = unit(rng, 1000), unit(rng, 1000)
-    albedo = np.array([surface.material.albedo for surface in scene.surfaces])[at.surface].T
+    np.testing.assert_array_equal(lambertian.f(at, wi, wo), lambertian.f(at, wo, wi))
+
+
+def test_value_on_the_front_and_on_the_back(box: Scene, lambertian: BSDF) -> None:
+    at, rng = points(len(box.surfaces), 1000), np.random.default_rng(2)
+    wi, wo, u = unit(rng, 1000), unit(rng, 1000), rng.random((2, 1000))
+    albedo = np.array([surface.material.albedo for surface in box.surfaces])[at.surface].T
     front = (cosine(at, wi) > 0) & (cosine(at, wo) > 0)
     assert 200 < front.sum() < 300
-    np.testing.assert_allclose(bsdf.f(at, wi, wo), np.where(front, albedo / np.pi, 0), rtol=1e-15)
-    np.testing.assert_array_equal(bsdf.weight(at, wo), np.where(cosine(at, wo) > 0, albedo, 0))
+    np.testing.assert_allclose(lambertian.f(at, wi, wo), np.where(front, albedo / np.pi, 0), rtol=1e-15)
+    expected = np.where(front, cosine(at, wi) / np.pi, 0)
+    np.testing.assert_allclose(lambertian.pdf(at, wi, wo), expected, rtol=1e-14)
+    weight = lambertian.sample(at, wo, u).weight
+    np.testing.assert_array_equal(weight, np.where(cosine(at, wo) > 0, albedo, 0))
 
 
-def test_nowhere_is_black(bsdf: LambertianBSDF) -> None:
-    nowhere, up = Points.nowhere(np.zeros((3, 2))), np.array([[0.0, 0.0], [0.0, 0.6], [1.0, 0.8]])
-    assert (nowhere.surface == NOWHERE).all()
-    assert not bsdf.f(nowhere, up, up).any()
-    assert not bsdf.weight(nowhere, up).any()
+def test_nowhere_is_black(lambertian: BSDF) -> None:
+    up = np.array([[0.0, 0.0], [0.0, 0.6], [1.0, 0.8]])
+    nowhere = points(1, 2)[np.array([0, 1])]
+    nowhere.n = nowhere.ns = np.tile([[0.0], [0.0], [1.0]], 2)
+    nowhere.surface = np.full(2, NOWHERE)
+    assert not lambertian.f(nowhere, up, up).any()
+    assert not lambertian.sample(nowhere, up, np.full((2, 2), 0.3)).weight.any()
 
 
-def test_energy_is_the_albedo(scene: Scene, bsdf: LambertianBSDF) -> None:
+def test_energy_is_the_albedo(box: Scene, lambertian: BSDF) -> None:
     """∫ f cos θ dω over the sphere of directions by quadrature in (z, φ), for each surface."""
     nodes, weights = np.polynomial.legendre.leggauss(16)
     z, phi = (grid.ravel() for grid in np.meshgrid((nodes + 1) / 2, 2 * np.pi * np.arange(12) / 12))
     r = np.sqrt(1 - z**2)
     wi = np.stack([r * np.cos(phi), r * np.sin(phi), z])
     areas = np.tile(weights / 2 * 2 * np.pi / 12, 12)
-    for i, surface in enumerate(scene.surfaces):
-        at = Points(np.zeros_like(wi), np.tile([[0.0], [0.0], [1.0]], len(z)), np.full(len(z), i))
-        wo = np.tile([[0.48], [0.64], [0.6]], len(z))
-        energy = (bsdf.f(at, wi, wo) * z * areas).sum(axis=1)
+    n, wo = np.tile([[0.0], [0.0], [1.0]], len(z)), np.tile([[0.48], [0.64], [0.6]], len(z))
+    for i, surface in enumerate(box.surfaces):
+        at = Points(x=np.zeros_like(wi), n=n, surface=np.full(len(z), i), ns=n, uv=None)
+        energy = (lambertian.f(at, wi, wo) * z * areas).sum(axis=1)
         np.testing.assert_allclose(energy, surface.material.albedo, rtol=1e-12)
-        assert (bsdf.pdf(at, wi) * areas).sum() == pytest.approx(1, rel=1e-12)
-        below = wi * [[1], [1], [-1]]
-        assert not bsdf.f(at, below, wo).any()
-        assert not bsdf.f(at, wi, -wo).any()
-        assert not bsdf.pdf(at, below).any()
+        assert (lambertian.pdf(at, wi, wo) * areas).sum() == pytest.approx(1, rel=1e-12)
+        assert not lambertian.single_scattering_loss(i, z).any()
 
 
-def test_the_weight_is_f_cos_over_pdf(scene: Scene, bsdf: LambertianBSDF) -> None:
-    at = points(scene, 5000)
-    wi, wo = bsdf.sample(at, np.random.default_rng(3)), unit(np.random.default_rng(4), 5000)
-    assert cosine(at, wi).min() > 0
-    expected = bsdf.f(at, wi, wo) * cosine(at, wi) / bsdf.pdf(at, wi)
-    np.testing.assert_allclose(bsdf.weight(at, wo), expected, rtol=1e-12)
+def test_the_weight_is_f_cos_over_pdf(box: Scene, lambertian: BSDF) -> None:
+    at, rng = points(len(box.surfaces), 5000), np.random.default_rng(3)
+    wo = unit(rng, 5000)
+    sample = lambertian.sample(at, wo, rng.random((2, 5000)))
+    cos_i, front = cosine(at, sample.wi), cosine(at, wo) > 0
+    assert cos_i.min() > 0
+    np.testing.assert_allclose(np.linalg.norm(sample.wi, axis=0), 1, rtol=1e-15)
+    np.testing.assert_allclose(sample.pdf, np.where(front, cos_i / np.pi, 0), rtol=1e-10)
+    f_cos = lambertian.f(at, sample.wi, wo) * cos_i
+    np.testing.assert_allclose(sample.weight * sample.pdf, f_cos, rtol=1e-10)
 
 
 @pytest.mark.parametrize("normal", [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.6, -0.48, 0.64), (-1.0, 0.0, 0.0)])
 def test_sampling_follows_the_density(
-    bsdf: LambertianBSDF, normal: tuple, follows: Callable[[np.ndarray, np.ndarray], bool]
+    lambertian: BSDF, normal: tuple, follows: Callable[[np.ndarray, np.ndarray], bool]
 ) -> None:
     """Counts over 12 × 12 cells of equal z and azimuth about the normal, in a frame made here."""
-    n = np.array(normal)
-    at = Points(np.zeros((3, COUNT)), np.tile(n[:, None], COUNT), np.zeros(COUNT, dtype=int))
-    wi = bsdf.sample(at, np.random.default_rng(5))
-    across = np.cross(n, [0.36, 0.48, 0.8])
+    n = np.tile(np.array(normal)[:, None], COUNT)
+    at = Points(x=np.zeros((3, COUNT)), n=n, surface=np.zeros(COUNT, dtype=int), ns=n, uv=None)
+    wi = lambertian.sample(at, n, np.random.default_rng(5).random((2, COUNT))).wi
+    across = np.cross(normal, [0.36, 0.48, 0.8])
     across /= np.linalg.norm(across)
-    azimuth = np.arctan2(np.cross(n, across) @ wi, across @ wi)
+    azimuth = np.arctan2(np.cross(normal, across) @ wi, across @ wi)
     edges = np.linspace(0, 1, 13)
-    counts = np.histogram2d(n @ wi, azimuth, bins=(edges, np.linspace(-np.pi, np.pi, 13)))[0]
+    counts = np.histogram2d(normal @ wi, azimuth, bins=(edges, np.linspace(-np.pi, np.pi, 13)))[0]
     assert counts.sum() == COUNT
     cells = np.repeat(np.diff(edges**2)[:, None] / 12, 12, axis=1)  # ∫ z/π dz dφ
     assert follows(counts, cells)
     assert not follows(counts, np.full_like(cells, 1 / cells.size))  # uniform on the hemisphere
 
 
-def test_a_black_surface_reflects_nothing(scene: Scene) -> None:
-    black = [msgspec.structs.replace(surface, material=Lambertian((0.0,) * 3)) for surface in scene.surfaces]
-    bsdf, at = LambertianBSDF(Scene(tuple(black), scene.sensor)), points(scene, 100)
-    wi = bsdf.sample(at, np.random.default_rng(1))
-    assert not bsdf.f(at, wi, wi).any()
-    assert not bsdf.weight(at, wi).any()
+def test_no_number_makes_a_direction_that_is_none(lambertian: BSDF) -> None:
+    """u = 0 is the pole of the sphere that touches the surface, for a normal along −z the point x itself."""
+    n = np.array([[0.0], [0.0], [-1.0]])
+    at = Points(x=np.zeros((3, 1)), n=n, surface=np.zeros(1, dtype=int), ns=n, uv=None)
+    sample = lambertian.sample(at, n, np.zeros((2, 1)))
+    assert np.isfinite(sample.wi).all()
+    assert not sample.weight.any()
+    assert not sample.pdf.any()
+
+
+def test_shading_normals_shade_and_true_normals_say_which_side(lambertian: BSDF) -> None:
+    """Cosines are those of ns; a direction on the front of the one and on the back of the other is black."""
+    at, rng = points(18, 4000), np.random.default_rng(6)
+    at.ns = at.n + 0.8 * unit(rng, 4000)
+    at.ns /= np.linalg.norm(at.ns, axis=0)
+    wi, wo = unit(rng, 4000), unit(rng, 4000)
+    shaded = (at.ns * wi).sum(axis=0)
+    front = (shaded > 0) & ((at.ns * wo).sum(axis=0) > 0) & (cosine(at, wi) > 0) & (cosine(at, wo) > 0)
+    np.testing.assert_array_equal((lambertian.f(at, wi, wo) > 0).any(axis=0), front)
+    np.testing.assert_allclose(lambertian.pdf(at, wi, wo), np.where(front, shaded / np.pi, 0), rtol=1e-12)
+    sample = lambertian.sample(at, wo, rng.random((2, 4000)))
+    below = cosine(at, sample.wi) <= 0
+    assert 20 < below.sum() < 1000
+    assert not sample.weight[:, below].any()
+    f_cos = lambertian.f(at, sample.wi, wo) * (at.ns * sample.wi).sum(axis=0)
+    np.testing.assert_allclose(sample.weight * sample.pdf, f_cos, rtol=1e-9, atol=1e-15)
+
+
+def test_a_black_surface_reflects_nothing(box: Scene) -> None:
+    black = [msgspec.structs.replace(surface, material=Lambertian((0.0,) * 3)) for surface in box.surfaces]
+    bsdf, at = bsdf_of(Scene(tuple(black), box.sensor)), points(18, 100)
+    sample = bsdf.sample(at, at.n, np.random.default_rng(1).random((2, 100)))
+    assert not bsdf.f(at, sample.wi, at.n).any()
+    assert not sample.weight.any()
+
+
+def test_a_blend_of_two_lambertians_is_a_lambertian() -> None:
+    """Also in a scene of several types, nested, and where the weight leaves one of the two nothing."""
+    inner = Blend(RED, BLUE, 0.25)
+    materials = (RED, Blend(RED, BLUE, 0.0), Blend(RED, BLUE, 1.0), inner, Blend(BLUE, inner, 0.6))
+    bsdf = bsdf_of(scene_of(*materials))
+    assert isinstance(bsdf, PerSurfaceBSDF)
+    assert bsdf.needs_choice
+    red, blue = np.array(RED.albedo), np.array(BLUE.albedo)
+    shares = np.array([0, 0, 1, 0.25, 0.4 + 0.6 * 0.25])
+    albedos = ((1 - shares) * red[:, None] + shares * blue[:, None])[:, :]
+    at, rng = points(5, 2000), np.random.default_rng(7)
+    wi, wo = unit(rng, 2000), unit(rng, 2000)
+    front = (cosine(at, wi) > 0) & (cosine(at, wo) > 0)
+    expected = np.where(front, albedos[:, at.surface] / np.pi, 0)
+    np.testing.assert_allclose(bsdf.f(at, wi, wo), expected, rtol=1e-14)
+    np.testing.assert_allclose(bsdf.pdf(at, wi, wo), np.where(front, cosine(at, wi) / np.pi, 0), rtol=1e-13)
+    sample, seen = bsdf.sample(at, wo, rng.random((3, 2000))), cosine(at, wo) > 0
+    np.testing.assert_allclose(sample.weight, np.where(seen, albedos[:, at.surface], 0), rtol=1e-12)
+    pdf = np.where(seen, cosine(at, sample.wi) / np.pi, 0)
+    np.testing.assert_allclose(sample.pdf, pdf, rtol=1e-9)
+    assert not bsdf.single_scattering_loss(4, np.array([0.1, 1.0])).any()
+
+
+def test_a_number_that_chooses_a_lobe_can_be_used_again() -> None:
+    """The last numbers below the weight and below 1 leave a rest below 1."""
+    bsdf = bsdf_of(scene_of(Blend(RED, Blend(RED, BLUE, 0.3), 0.7)))
+    below = np.nextafter([0.7, 1.0], 0)
+    at = points(1, 2)
+    weight = bsdf.sample(at, at.n, np.stack([np.full(2, 0.3), np.full(2, 0.2), below])).weight
+    blue = 0.7 * 0.3
+    expected = (1 - blue) * np.array(RED.albedo) + blue * np.array(BLUE.albedo)
+    np.testing.assert_allclose(weight, np.tile(expected[:, None], 2), rtol=1e-14)

@@ -3,14 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
 from comparisons.renderers import Unsupported
 from comparisons.renderers.mitsuba import MitsubaRenderer, zone_texture
 from reference_tracer.random_walk import render
-from scenes import AreaLight, Lambertian, Pinhole, PolarRange, Quad, Scene, Sphere, Surface, library
+from scenes import (
+    AreaLight,
+    Blend,
+    Checkerboard,
+    Conductor,
+    ConstantEnvironment,
+    Dielectric,
+    Disk,
+    Ellipsoid,
+    Lambertian,
+    Mesh,
+    Mirror,
+    Orthographic,
+    Pinhole,
+    PointLight,
+    PolarRange,
+    Quad,
+    RadianceMeter,
+    RoughConductor,
+    RoughDielectric,
+    Scene,
+    Sphere,
+    Surface,
+    library,
+)
 
 GREY = Lambertian((0.5, 0.5, 0.5))
 
@@ -121,6 +147,43 @@ def test_what_it_can_t_express_is_named(
 ) -> None:
     with pytest.raises(Unsupported, match=feature):
         mitsuba.render(view(), [0, 1], 1, 0)
+
+
+FLAT = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+CHECKS = Lambertian(Checkerboard((0.1, 0.2, 0.3), (0.4, 0.5, 0.6)))
+METAL = ((1.0, 1.0, 1.0), (2.0, 2.0, 2.0))
+NEW: dict[str, dict[str, Any]] = {
+    "disk shape": {"shape": Disk(*FLAT)},
+    "ellipsoid shape": {"shape": Ellipsoid(*FLAT, (0.0, 0.0, 1.0))},
+    "mesh shape": {"shape": Mesh(FLAT, ((0, 1, 2),))},
+    "mirror material": {"material": Mirror((1.0, 1.0, 1.0))},
+    "dielectric material": {"material": Dielectric()},
+    "conductor material": {"material": Conductor(*METAL)},
+    "rough_conductor material": {"material": RoughConductor(*METAL, 0.1)},
+    "rough_dielectric material": {"material": RoughDielectric(0.1)},
+    "blend material": {"material": Blend(GREY, Mirror((1.0, 1.0, 1.0)), 0.5)},
+    "checkerboard texture": {"material": CHECKS},
+    "two-sided surface": {"two_sided": True},
+    "point light": {"lights": (PointLight((0.0, 0.0, 5.0), (1.0, 1.0, 1.0)),)},
+    "constant light": {"lights": (ConstantEnvironment((1.0, 1.0, 1.0)),)},
+    "radiance_meter sensor": {"sensor": RadianceMeter((0.0, 0.0, 5.0), (0.0, 0.0, -1.0))},
+    "orthographic sensor": {
+        "sensor": Orthographic((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1.0, 4, 4)
+    },
+}
+
+
+@pytest.mark.parametrize("feature", NEW)
+def test_what_is_not_translated_yet_is_named(mitsuba: MitsubaRenderer, feature: str) -> None:
+    """Left out or put as something else it would be a wrong image, and Mitsuba would get the blame."""
+    view = scene(lamp((2.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), Surface("new", Quad(*FLAT), GREY))
+    assert mitsuba.render(view, [0], 1, 0).shape == (1, 24, 24, 3)
+    on_surface = {k: v for k, v in NEW[feature].items() if k in Surface.__struct_fields__}
+    on_scene = {k: v for k, v in NEW[feature].items() if k in Scene.__struct_fields__}
+    surfaces = (view.surfaces[0], msgspec.structs.replace(view.surfaces[1], **on_surface))
+    changed = msgspec.structs.replace(view, surfaces=surfaces, **on_scene)
+    with pytest.raises(Unsupported, match=feature):
+        mitsuba.render(changed, [0], 1, 0)
 
 
 @pytest.mark.parametrize(
