@@ -28,6 +28,22 @@ def square_to_cosine_hemisphere_pdf(cos_theta: Array) -> Array:
     return np.maximum(cos_theta, 0) / np.pi
 
 
+def unit_to_linear(u: Array, a: Array, b: Array) -> Array:
+    """Numbers t in [0, 1] with a density that goes linearly from a to b, up to its norm; a, b ≥ 0.
+
+    The solution of ∫₀ᵗ = u ∫₀¹, (b − a) t²/2 + a t = u (a + b)/2, in the form in which nothing cancels.
+    """
+    root = np.sqrt((1 - u) * a**2 + u * b**2)
+    below = a + root
+    t: Array = np.divide(u * (a + b), below, out=np.zeros_like(root), where=below > 0)
+    return np.minimum(t, 1)
+
+
+def unit_to_linear_pdf(t: Array, a: Array, b: Array) -> Array:
+    """Density 2 (a + (b − a) t) / (a + b) of the above."""
+    return 2 * ((1 - t) * a + t * b) / (a + b)
+
+
 def square_to_zone(u: Array, cos_low: Array | float, cos_high: Array | float) -> Array:
     """Points of the unit sphere, uniform on the zone cos_low ≤ z ≤ cos_high (Archimedes: uniform in z)."""
     z = cos_low + (cos_high - cos_low) * u[0]
