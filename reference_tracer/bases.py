@@ -12,8 +12,9 @@ geometrically towards edges (Atkinson 1997, The numerical solution of integral e
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -24,84 +25,126 @@ from scenes import Quad
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-RATIO = 0.15
-"""By how much patches shrink towards an edge; hp methods gain most near (√2 − 1)² (Gui and Babuška 1986)."""
+RATIO = 0.2
+"""By how much patches shrink towards an edge, from one to the next."""
+
+INNER = 3
+"""Equal cells of an axis before grading."""
+
+
+@cache
+def gauss(count: int) -> tuple[Array, Array]:
+    """Nodes and weights of Gauss and Legendre's rule on [−1, 1], ``(count,)`` each."""
+    return legendre.leggauss(count)
+
+
+@cache
+def lagrange(count: int) -> Array:
+    """Coefficients of the Lagrange polynomials of the Gauss nodes in Legendre polynomials, ``(count, count)``.
+
+    That of node i is Σ_k (2k + 1)/2 · w_i P_k(u_i) P_k, since Gauss quadrature is exact.
+    """
+    u, w = gauss(count)
+    return np.asarray(legendre.legvander(u, count - 1) * (np.arange(count) + 0.5) * w[:, None])
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """An interval cut into cells, with ``order`` Gauss nodes in each.
+    """An interval cut into cells with Gauss nodes in each.
 
     Attributes:
         breaks: ends of the cells, ascending, ``(cells + 1,)``.
-        order: nodes per cell, ≥ 1.
+        orders: nodes of each cell, ≥ 1, ``(cells,)``.
     """
 
     breaks: Array
-    order: int
+    orders: Indices
 
     def __len__(self) -> int:
-        return (len(self.breaks) - 1) * self.order
+        return int(self.orders.sum())
 
     @cached_property
-    def _reference(self) -> tuple[Array, Array]:
-        return legendre.leggauss(self.order)
+    def most(self) -> int:
+        """The largest order."""
+        return int(self.orders.max())
+
+    @cached_property
+    def _starts(self) -> Indices:
+        return np.cumsum(self.orders) - self.orders
 
     @cached_property
     def nodes(self) -> Array:
         """Gauss nodes of all cells, ascending, ``(n,)``."""
-        middle, half = (self.breaks[1:] + self.breaks[:-1]) / 2, np.diff(self.breaks) / 2
-        return np.asarray(middle[:, None] + half[:, None] * self._reference[0]).ravel()
+        ends = zip(self.breaks[:-1], self.breaks[1:], self.orders, strict=True)
+        return np.concatenate([(a + b) / 2 + (b - a) / 2 * gauss(int(n))[0] for a, b, n in ends])
 
     @cached_property
     def weights(self) -> Array:
         """Quadrature weights at the nodes, ``(n,)``: exact up to degree 2 order − 1 in each cell."""
-        return np.outer(np.diff(self.breaks) / 2, self._reference[1]).ravel()
+        sizes = zip(np.diff(self.breaks), self.orders, strict=True)
+        return np.concatenate([size / 2 * gauss(int(n))[1] for size, n in sizes])
 
     @cached_property
-    def from_legendre(self) -> Array:
-        """Takes values (or moments) of P_0 … P_{order−1} to those of the Lagrange polynomials, ``(order, order)``.
-
-        The Lagrange polynomial of node i is Σ_k (2k + 1)/2 · w_i P_k(u_i) P_k, since Gauss quadrature is exact.
-        """
-        u, w = self._reference
-        matrix: Array = legendre.legvander(u, self.order - 1) * (np.arange(self.order) + 0.5) * w[:, None]
-        return matrix
+    def _lagrange(self) -> Array:
+        """``lagrange`` of each cell, zeros beyond its order, ``(cells, most, most)``."""
+        matrices = np.zeros((len(self.orders), self.most, self.most))
+        for matrix, n in zip(matrices, self.orders, strict=True):
+            matrix[:n, :n] = lagrange(int(n))
+        return matrices
 
     def cell(self, x: Array) -> Indices:
         """The cell that each x lies in, of the shape of x; the nearest one for an x outside."""
-        found: Indices = np.clip(np.searchsorted(self.breaks, x, side="right") - 1, 0, len(self.breaks) - 2)
+        found: Indices = np.clip(np.searchsorted(self.breaks, x, side="right") - 1, 0, len(self.orders) - 1)
         return found
 
     def basis(self, x: Array, cell: Indices) -> Array:
-        """The Lagrange polynomials of given cells at x, ``(…, order)``."""
-        u = 2 * (x - self.breaks[cell]) / (self.breaks[cell + 1] - self.breaks[cell]) - 1
-        return np.asarray(legendre.legvander(u, self.order - 1) @ self.from_legendre.T)
+        """The Lagrange polynomials of given cells at x, ``(…, most)``; 0 beyond a cell's order.
+
+        Args:
+            x: points, ``(n, …)``.
+            cell: the cell of each row of x, ``(n,)``.
+        """
+        along = (slice(None), *(None,) * (x.ndim - 1))
+        u = 2 * (x - self.breaks[cell][along]) / (self.breaks[cell + 1] - self.breaks[cell])[along] - 1
+        P = legendre.legvander(u, self.most - 1).reshape(len(x), -1, self.most)
+        return np.asarray(P @ self._lagrange[cell].swapaxes(1, 2)).reshape(*x.shape, self.most)
+
+    def indices(self, cell: Indices) -> Indices:
+        """The nodes of given cells, ``(n, most)``; the last one stands for those beyond a cell's order."""
+        within = np.minimum(np.arange(self.most), self.orders[cell, None] - 1)
+        return np.asarray(self._starts[cell, None] + within)
 
     def placed(self, start: float, length: float) -> Mesh:
-        """The same mesh on [start, start + length], when this one is on [0, 1]."""
-        return Mesh(start + length * self.breaks, self.order)
+        """The same mesh from ``start`` over a length that may be negative, when this one is on [0, 1]."""
+        breaks = start + length * self.breaks
+        return Mesh(breaks, self.orders) if length > 0 else Mesh(breaks[::-1], self.orders[::-1])
 
 
-def graded(order: int, levels: int, low: bool, high: bool, lines: tuple[float, ...] = ()) -> Mesh:
-    """A mesh of [0, 1] whose cells shrink by RATIO ``levels`` times towards the ends asked for.
+def graded(order: int, levels: int, low: bool, high: bool, lines: Sequence[float] = ()) -> Mesh:
+    """A mesh of [0, 1] whose cells shrink by RATIO towards the ends asked for, and their orders fall.
+
+    A small cell has little weight, so a polynomial of a lower degree is as good there (Gui and Babuška 1986, The
+    h, p and h-p versions of the finite element method in 1 dimension, II).
 
     Args:
-        order: nodes per cell.
+        order: nodes per cell away from the ends.
         levels: how often the cell at a graded end is cut.
         low, high: whether 0 and 1 are graded.
         lines: further breaks in (0, 1), such as the edge of a shadow.
     """
-    steps = RATIO ** np.arange(1, levels + 1)
-    breaks = [0.0, 0.5, 1.0, *lines]
-    breaks += [*(steps / 2)] if low else []
-    breaks += [*(1 - steps / 2)] if high else []
-    return Mesh(np.unique(np.clip(breaks, 0, 1)), order)
+    steps = RATIO ** np.arange(1, levels + 1) / INNER
+    breaks = [*np.linspace(0, 1, INNER + 1), *lines, *(steps if low else ()), *(1 - steps if high else ())]
+    mesh = uniform(order, 1, sorted(breaks))
+    middle = (mesh.breaks[1:] + mesh.breaks[:-1]) / 2
+    towards_end = np.minimum(np.where(low, middle, 1.0), np.where(high, 1 - middle, 1.0))
+    shrunk = (towards_end < steps[:, None]).sum(axis=0)
+    return Mesh(mesh.breaks, np.maximum(order - shrunk, min(order, 2)))
 
 
-def uniform(order: int, cells: int, lines: tuple[float, ...] = ()) -> Mesh:
-    """A mesh of [0, 1] with cells of one size, and further breaks."""
-    return Mesh(np.unique([*np.linspace(0, 1, cells + 1), *lines]), order)
+def uniform(order: int, cells: int, lines: Sequence[float] = ()) -> Mesh:
+    """A mesh of [0, 1] with cells of one size and one order, and further breaks."""
+    breaks = np.unique([*np.linspace(0, 1, cells + 1), *lines])
+    return Mesh(breaks, np.full(len(breaks) - 1, order))
 
 
 @dataclass(frozen=True)
@@ -166,18 +209,22 @@ class Patches:
             s, t: ``(n,)``.
 
         Returns:
-            Two arrays ``(n, order²)``.
+            Two arrays ``(n, support)``.
         """
         cells = self.meshes[0].cell(s), self.meshes[1].cell(t)
         in_s, in_t = self.meshes[0].basis(s, cells[0]), self.meshes[1].basis(t, cells[1])
-        return self.indices(*cells), (in_s[:, :, None] * in_t[:, None, :]).reshape(len(s), -1)
+        return self.indices(*cells), (in_s[:, :, None] * in_t[:, None, :]).reshape(len(s), self.support)
+
+    @property
+    def support(self) -> int:
+        """How many basis functions a patch has at most."""
+        return self.meshes[0].most * self.meshes[1].most
 
     def indices(self, cell_s: Indices, cell_t: Indices) -> Indices:
-        """The nodes of patches, ``(n, order²)``."""
-        rows = cell_s[:, None] * self.meshes[0].order + np.arange(self.meshes[0].order)
-        columns = cell_t[:, None] * self.meshes[1].order + np.arange(self.meshes[1].order)
-        count = rows.shape[1] * columns.shape[1]
-        return (rows[:, :, None] * len(self.meshes[1]) + columns[:, None, :]).reshape(len(rows), count)
+        """The nodes of patches, ``(n, support)``."""
+        rows, columns = self.meshes[0].indices(cell_s), self.meshes[1].indices(cell_t)
+        all_nodes: Indices = rows[:, :, None] * len(self.meshes[1]) + columns[:, None, :]
+        return all_nodes.reshape(len(rows), self.support)
 
     def coordinates(self, x: Array) -> tuple[Array, Array]:
         """s and t of points in the quad's plane, ``(3, n)``."""

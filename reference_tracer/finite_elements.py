@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 Basis = Literal["legendre", "constant", "haar"]
 Block = Callable[[Array], Array]
 
-DEFAULTS: dict[Basis, tuple[int, int]] = {"legendre": (5, 4), "constant": (1, 4), "haar": (1, 4)}
+DEFAULTS: dict[Basis, tuple[int, int]] = {"legendre": (10, 6), "constant": (1, 4), "haar": (1, 4)}
 """Order and levels of each basis."""
 
 FAR_ACCURACY = 1e-9
@@ -218,8 +218,8 @@ class Solution:
         return pixel_averages.weights(self.scene.sensor, self.surfaces)
 
     def refined(self, times: int = 1) -> Solution:
-        """The same in a finer basis: each time two orders (legendre only) and one level more."""
-        order = self.order + (2 * times if self.basis == "legendre" else 0)
+        """The same in a finer basis: each time one level, and for legendre one order more."""
+        order = self.order + (times if self.basis == "legendre" else 0)
         bounces = len(self.terms) - 1
         levels, threshold = self.levels + times, self.threshold / 4**times
         return solve(self.scene, bounces, self.basis, order, levels, self.splits, threshold)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer.bases import Mesh, Patches
+from reference_tracer.bases import Mesh, Patches, uniform
 from reference_tracer.propagation import Points, RayCaster
 
 Array = NDArray[np.float64]
@@ -95,7 +95,7 @@ class FarBlock:
 
 def _coarse(patches: Patches, order: int) -> tuple[Patches, tuple[Array, Array]]:
     """The same quad as one patch of that order, and the interpolation from it to the nodes in s and in t."""
-    mesh = Mesh(np.array([0.0, 1.0]), order)
+    mesh = uniform(order, 1)
     coarse = Patches(patches.corner, patches.edges, patches.normal, (mesh, mesh))
     up_s, up_t = (mesh.basis(m.nodes, mesh.cell(m.nodes)) for m in patches.meshes)
     return coarse, (up_s, up_t)
@@ -103,11 +103,10 @@ def _coarse(patches: Patches, order: int) -> tuple[Patches, tuple[Array, Array]]
 
 def _mixed_moments(mesh: Mesh, order: int) -> Array:
     """∫ ℓ_k(s) φ_j(s) ds on [0, 1]: ℓ_k on the whole, φ_j on a mesh; ``(order, len(mesh))``."""
-    whole, fine = Mesh(np.array([0.0, 1.0]), order), Mesh(mesh.breaks, max(order, mesh.order))
+    whole, fine = uniform(order, 1), Mesh(mesh.breaks, np.maximum(order, mesh.orders))
     cell = mesh.cell(fine.nodes)
     spread = np.zeros((len(fine), len(mesh)))
-    columns = cell[:, None] * mesh.order + np.arange(mesh.order)
-    np.put_along_axis(spread, columns, mesh.basis(fine.nodes, cell), axis=1)
+    np.add.at(spread, (np.arange(len(fine))[:, None], mesh.indices(cell)), mesh.basis(fine.nodes, cell))
     everywhere = whole.basis(fine.nodes, whole.cell(fine.nodes))
     moments: Array = (everywhere * fine.weights[:, None]).T @ spread
     return moments
@@ -146,6 +145,7 @@ class DenseBlock:
         self, receiver: Patches, source: Patches, visible: tuple[RayCaster, int, int] | None = None
     ) -> None:
         self._receiver, self._source, self._visible = receiver, source, visible
+        self._count = max(mesh.most for mesh in source.meshes) + 2  # nodes of a quadrature, per axis
         self.matrix = np.zeros((len(receiver), len(source)))
         breaks_s, breaks_t = (mesh.breaks for mesh in source.meshes)
         i, s, t = np.meshgrid(
@@ -170,7 +170,7 @@ class DenseBlock:
             reach = np.abs(source.edges[:, :, None] * size[:, None, :] / 2).sum(axis=0)
             near = np.linalg.norm(center - x[:, i], axis=0) < NEAR * np.linalg.norm(reach, axis=0)
             far = np.flatnonzero(~near) if depth < DEEPEST else np.arange(len(i))
-            count = max(1, BATCH // (source.meshes[0].order + 2) ** 2)
+            count = max(1, BATCH // self._count**2)
             for start in range(0, len(far), count):
                 part = far[start : start + count]
                 self._add(i[part], low[:, part], size[:, part])
@@ -183,7 +183,7 @@ class DenseBlock:
 
     def _add(self, i: NDArray[np.intp], low: Array, size: Array) -> None:
         source = self._source
-        rule = Mesh(np.array([0.0, 1.0]), source.meshes[0].order + 2)
+        rule = uniform(self._count, 1)
         u, v = (a.ravel() for a in np.meshgrid(rule.nodes, rule.nodes, indexing="ij"))
         s, t = (low[:, :, None] + size[:, :, None] * np.stack([u, v])[:, None, :]).reshape(2, -1)
         y, lanes = source.points(s, t), np.repeat(i, len(u))

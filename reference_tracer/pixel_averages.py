@@ -10,20 +10,23 @@ Two surfaces that cut through each other are taken for the one that is in front 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from reference_tracer.bases import Mesh, Patches
+from reference_tracer.bases import Patches, uniform
 from scenes import Pinhole
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-RULE = 4
 SLIVER = 1e-13
-"""A distance in pixels, or an area in square pixels, that counts as zero."""
+"""A distance in pixels that counts as zero."""
+
+SMALL = 0.25
+"""Share of a patch, in s and in t, up to which three Gauss points per axis integrate its polynomials."""
 
 
 @dataclass(frozen=True)
@@ -77,23 +80,28 @@ class Polygons:
         """The same area, with no polygon on both sides of a line."""
         return _joined(self.clipped(line), self.clipped(-line))
 
-    def rule(self, count: int) -> tuple[Array, Array]:
-        """Gauss points ``(n, points, 2)`` and their weights ``(n, points)``, which sum to the areas.
-
-        A polygon is a fan of quadrilaterals, each a bilinear image of the unit square; one that repeats a vertex
-        is a triangle.
-        """
-        square = Mesh(np.array([0.0, 1.0]), count)
-        u, v = (a.ravel()[:, None] for a in np.meshgrid(square.nodes, square.nodes, indexing="ij"))
-        w = np.outer(square.weights, square.weights).ravel()
-        points, weights = [], []
+    def quadrilaterals(self) -> Polygons:
+        """The same area in polygons of four vertices, fans about the first one; triangles repeat their last."""
         last = self.vertices.shape[1] - 1
+        fan = []
         for i in range(1, last, 2):
-            a, b, c, d = (self.vertices[:, None, j] for j in (0, i, i + 1, min(i + 2, last)))
-            along_u, along_v = (1 - v) * (b - a) + v * (c - d), (1 - u) * (d - a) + u * (c - b)
-            points.append(a + u * (b - a) + v * (d - a) + u * v * (a - b + c - d))
-            weights.append(w * np.abs(along_u[..., 0] * along_v[..., 1] - along_u[..., 1] * along_v[..., 0]))
-        return np.concatenate(points, axis=1), np.concatenate(weights, axis=1)
+            corners = self.vertices[:, [0, i, i + 1, min(i + 2, last)]]
+            flat = (corners[:, 1] == corners[:, 2]).all(axis=1) & (corners[:, 2] == corners[:, 3]).all(axis=1)
+            fan.append(Polygons(corners[~flat], self.pixel[~flat]))
+        return reduce(_joined, fan)
+
+    def rule(self, count: int) -> tuple[Array, Array]:
+        """Gauss points ``(n, points, 2)`` of quadrilaterals and their weights ``(n, points)``: sums are areas.
+
+        Each is a bilinear image of the unit square.
+        """
+        square = uniform(count, 1)
+        u, v = (a.ravel()[:, None] for a in np.meshgrid(square.nodes, square.nodes, indexing="ij"))
+        a, b, c, d = (self.vertices[:, None, j] for j in range(4))
+        along_u, along_v = (1 - v) * (b - a) + v * (c - d), (1 - u) * (d - a) + u * (c - b)
+        stretch = np.abs(along_u[..., 0] * along_v[..., 1] - along_u[..., 1] * along_v[..., 0])
+        points = a + u * (b - a) + v * (d - a) + u * v * (a - b + c - d)
+        return points, stretch * np.outer(square.weights, square.weights).ravel()
 
 
 def _joined(a: Polygons, b: Polygons) -> Polygons:
@@ -198,10 +206,24 @@ def _surface_weights(view: View, parts: Polygons) -> tuple[Indices, Indices, Arr
     for axis, mesh in enumerate(meshes):
         for value in mesh.breaks[1:-1]:
             parts = parts.split(view.line(axis, value))
-    points, weight = parts.rule(RULE)
+    parts = parts.quadrilaterals()
     cells = [mesh.cell(a) for mesh, a in zip(meshes, view.coordinates(parts.centers), strict=True)]
-    s, t = view.coordinates(points)
-    in_s, in_t = (m.basis(a, c[:, None]) for m, a, c in zip(meshes, (s, t), cells, strict=True))
-    values = (weight[..., None] * in_s).swapaxes(1, 2) @ in_t
+    count = _points_needed(view, parts, cells)
+    values = np.zeros((len(parts), view.patches.support))
+    for n in np.unique(count):
+        some = count == n
+        points, weight = parts[some].rule(int(n))
+        s, t = view.coordinates(points)
+        in_s, in_t = (m.basis(a, c[some]) for m, a, c in zip(meshes, (s, t), cells, strict=True))
+        values[some] = ((weight[..., None] * in_s).swapaxes(1, 2) @ in_t).reshape(-1, view.patches.support)
     indices = view.patches.indices(cells[0], cells[1])
-    return np.repeat(parts.pixel, indices.shape[1]), indices.ravel(), values.ravel()
+    return np.repeat(parts.pixel, view.patches.support), indices.ravel(), values.ravel()
+
+
+def _points_needed(view: View, parts: Polygons, cells: list[Indices]) -> Indices:
+    """Gauss points per axis for each part, by its share of its patch and the patch's order."""
+    needed = np.full(len(parts), 3)
+    for mesh, cell, along in zip(view.patches.meshes, cells, view.coordinates(parts.vertices), strict=True):
+        share = np.ptp(along, axis=1) / np.diff(mesh.breaks)[cell]
+        needed = np.maximum(needed, np.where(share > SMALL, (mesh.orders[cell] + 3) // 2, 0))
+    return needed

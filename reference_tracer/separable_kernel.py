@@ -14,16 +14,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from reference_tracer.bases import Mesh, Patches
+from reference_tracer.bases import Mesh, Patches, gauss, lagrange
 
 Array = NDArray[np.float64]
 
 STEP = 1 / 3
 CUT = 6.0  # widths of a Gaussian: beyond them it is below 3e-16
-RULES = ((1.0, 12), (4.0, 20), (np.inf, 36))  # up to that many widths of the Gaussian, so many nodes
+RULES = ((0.0, 0.05, 8), (0.05, 1.0, 12), (1.0, 4.0, 20), (4.0, np.inf, 36))
+"""More than so many widths of the Gaussian, up to so many, so many nodes."""
 FAINTEST = -14.0  # ln τ r²: the terms below add up to e^{-28} of 1/r⁴
 
 
@@ -52,21 +52,30 @@ def gauss_transform(x: Array, mesh: Mesh, exponent: Array, power: int) -> Array:
     low = np.maximum(mesh.breaks[:-1], x[:, None] - reach)
     high = np.minimum(mesh.breaks[1:], x[:, None] + reach)
     width = np.maximum(high - low, 0) * CUT / reach
-    moments = np.zeros((*low.shape, mesh.order))
-    for least, (most, count) in zip((0.0, RULES[0][0], RULES[1][0]), RULES, strict=True):
-        m, i, c = np.nonzero((width > least) & (width <= most))
-        u, w = legendre.leggauss(count)
-        half = (high - low)[m, i, c, None] / 2
-        y = (high + low)[m, i, c, None] / 2 + half * u
-        distance = np.abs(y - x[i, None])
-        f = half * w * np.exp(-np.exp(exponent)[m, None] * distance**2) * distance**power
-        span = np.diff(mesh.breaks)[c, None]
-        v = 2 * (y - mesh.breaks[:-1][c, None]) / span - 1
-        before, P = np.zeros_like(v), np.ones_like(v)
-        for k in range(mesh.order):
-            moments[m, i, c, k] = np.einsum("nq,nq->n", f, P)
-            before, P = P, ((2 * k + 1) * v * P - k * before) / (k + 1)
-    return (moments @ mesh.from_legendre.T).reshape(len(exponent), len(x), -1)
+    table = np.zeros((len(exponent), len(x), len(mesh)))
+    for least, most, count in RULES:
+        found = np.nonzero((width > least) & (width <= most))
+        for order in np.unique(mesh.orders):
+            m, i, c = (indices[mesh.orders[found[2]] == order, None] for indices in found)
+            u, w = gauss(count)
+            half = (high - low)[m, i, c] / 2
+            y = (high + low)[m, i, c] / 2 + half * u
+            distance = np.abs(y - x[i])
+            f = half * w * np.exp(-np.exp(exponent)[m] * distance**2) * distance**power
+            v = 2 * (y - mesh.breaks[c]) / np.diff(mesh.breaks)[c] - 1
+            moments = legendre_moments(f, v, int(order))
+            table[m, i, mesh.indices(c[:, 0])[:, :order]] = moments @ lagrange(int(order)).T
+    return table
+
+
+def legendre_moments(f: Array, u: Array, order: int) -> Array:
+    """Σ_q f_q P_k(u_q) for k < order: ``(n, q)`` twice → ``(n, order)``."""
+    moments = np.empty((len(f), order))
+    before, P = np.zeros_like(u), np.ones_like(u)
+    for k in range(order):
+        moments[:, k] = np.einsum("nq,nq->n", f, P)
+        before, P = P, ((2 * k + 1) / (k + 1)) * u * P - (k / (k + 1)) * before
+    return moments
 
 
 @dataclass(frozen=True)
@@ -95,9 +104,9 @@ class Aligned:
             return None
         meshes = []
         for axis, length, mesh in zip(axes, lengths, patches.meshes, strict=True):
-            breaks = np.sort(mesh.placed(corner[axis], length).breaks)
+            placed = mesh.placed(corner[axis], length)
             # the same edge, computed from two quads, becomes the same number: distances to it are exact
-            meshes.append(Mesh(np.round(breaks, 14) + 0.0, mesh.order))
+            meshes.append(Mesh(np.round(placed.breaks, 14) + 0.0, placed.orders))
         normal = 3 - int(axes.sum())
         flips = tuple(int(i) - 2 for i in np.flatnonzero(lengths < 0))
         level = float(np.round(corner[normal], 14))
@@ -118,11 +127,11 @@ class Transforms:
 
     def __init__(self, exponent: Array) -> None:
         self.exponent = exponent
-        self._known: dict[tuple[bytes, bytes, int, int], Array] = {}
+        self._known: dict[tuple[bytes, bytes, bytes, int], Array] = {}
 
     def __call__(self, x: Array, mesh: Mesh, power: int) -> Array:
         """``gauss_transform`` over the whole grid of exponents."""
-        key = (x.tobytes(), mesh.breaks.tobytes(), mesh.order, power)
+        key = (x.tobytes(), mesh.breaks.tobytes(), mesh.orders.tobytes(), power)
         if key not in self._known:
             self._known[key] = gauss_transform(x, mesh, self.exponent, power)
         return self._known[key]
