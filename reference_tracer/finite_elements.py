@@ -19,8 +19,9 @@ solving the radiosity equation for unoccluded surfaces, J. Integral Equ. Appl. 1
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -30,11 +31,11 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from reference_tracer import haar, pixel_averages
 from reference_tracer.bases import Patches
-from reference_tracer.form_factors import DenseBlock, FarBlock, far_orders
+from reference_tracer.form_factors import AdaptiveQuadrature, DenseBlock, FarBlock, far_orders, of_patches
 from reference_tracer.meshing import Sight, Splits, check, diameter, meshed
 from reference_tracer.propagation import RayCaster
 from reference_tracer.separable_kernel import Aligned, SeparableBlock, Transforms, exponents
-from scenes import Quad, Scene
+from scenes import Scene
 
 Array = NDArray[np.float64]
 Basis = Literal["legendre", "constant", "haar"]
@@ -43,8 +44,14 @@ Block = Callable[[Array], Array]
 DEFAULTS: dict[Basis, tuple[int, int]] = {"legendre": (10, 6), "constant": (1, 4), "haar": (1, 4)}
 """Order and levels of each basis."""
 
+WITHOUT_STRUCTURE = (3, 1)
+"""Order and levels of legendre, where some pair of surfaces needs adaptive quadrature."""
+
 FAR_ACCURACY = 1e-9
 """Of an interpolated kernel."""
+
+MOST = 2e8
+"""Entries that matrices may have: 1.6 GB."""
 
 
 class SingularTransportError(ArithmeticError):
@@ -57,11 +64,11 @@ class FormFactors:
     def __init__(self, scene: Scene, surfaces: list[Patches]) -> None:
         self.surfaces = surfaces
         ends = np.cumsum([0, *(len(patches) for patches in surfaces)])
-        self.slices = [slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self.slices = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         self.size = int(ends[-1])
         self._sight, self._cast = Sight(surfaces), RayCaster(scene)
         self._align()
-        count = range(len(surfaces))
+        count, self._dense = range(len(surfaces)), 0
         self.blocks = {(i, j): self._block(i, j) for i in count for j in count if self._sight.see(i, j)}
 
     def __call__(self, values: Array) -> Array:
@@ -71,8 +78,17 @@ class FormFactors:
             result[:, self.slices[i]] += block(values[:, self.slices[j]])
         return result
 
+    @property
+    def structured(self) -> bool:
+        """Whether no pair of surfaces needs adaptive quadrature."""
+        return self._dense == 0
+
     def matrix(self) -> Array:
         """F in full, ``(nodes, nodes)``."""
+        if self.size**2 > MOST:
+            raise ValueError(
+                f"{self.size} nodes make a matrix of {self.size**2:.0e} entries; expected at most {MOST:.0e}"
+            )
         F = np.zeros((self.size, self.size))
         for (i, j), block in self.blocks.items():
             F[self.slices[i], self.slices[j]] = block(np.eye(len(self.surfaces[j]))).T
@@ -101,16 +117,22 @@ class FormFactors:
     def _block(self, i: int, j: int) -> Block:
         """The operator from surface j to surface i."""
         receiver, source = self.surfaces[i], self.surfaces[j]
-        if self._sight.hidden(i, j):
-            return DenseBlock(receiver, source, (self._cast, i, j))
-        if not self._sight.face(i, j):
-            return DenseBlock(receiver, source)
-        if orders := far_orders(receiver, source, FAR_ACCURACY):
-            return FarBlock(receiver, source, orders)
-        a, b = self._aligned[i], self._aligned[j]
-        if a and b and a[0] == b[0] and a[1].axes[2] != b[1].axes[2]:
-            return SeparableBlock(a[1], b[1], self._transforms)
-        return DenseBlock(receiver, source)
+        if self._sight.face(i, j) and not self._sight.hidden(i, j):
+            if orders := far_orders(receiver, source, FAR_ACCURACY):
+                return FarBlock(receiver, source, orders)
+            a, b = self._aligned[i], self._aligned[j]
+            if a and b and a[0] == b[0] and a[1].axes[2] != b[1].axes[2]:
+                return SeparableBlock(a[1], b[1], self._transforms)
+            if source.support == 1:
+                return DenseBlock(of_patches(receiver, source))
+        visible = (self._cast, i, j) if self._sight.hidden(i, j) else None
+        self._dense += len(receiver) * len(source)
+        if self._dense > MOST:
+            raise ValueError(
+                f"order and levels make {self.size} nodes, and between surfaces without structure matrices of more "
+                f"than {MOST:.0e} entries; expected fewer: lower order or levels"
+            )
+        return DenseBlock(AdaptiveQuadrature(receiver, source, visible).matrix)
 
 
 @dataclass(frozen=True)
@@ -163,7 +185,7 @@ class Solution:
         Raises:
             SingularTransportError: the linear solve finds none.
         """
-        albedo = _albedo(self.scene, self.F)
+        albedo = nodal_albedo(self.scene, self.surfaces)
         L = np.empty_like(self.terms[0])
         for c, E in enumerate(self.terms[0]):
             system = LinearOperator(
@@ -208,10 +230,7 @@ class Solution:
             ``(…, height, width, channels)``; by default ``(bounces + 1, height, width, channels)``.
         """
         field = self.terms if field is None else field
-        height, width, channels = self.scene.shape
-        flat = self._pixel_weights @ field.reshape(-1, self.F.size).T
-        shape = (height, width, *field.shape[:-2], channels)
-        return np.moveaxis(flat.reshape(shape), (0, 1), (-3, -2))
+        return pixel_averages.image(self._pixel_weights, field, self.scene.sensor)
 
     @cached_property
     def _pixel_weights(self) -> scipy.sparse.csr_array:
@@ -232,7 +251,9 @@ class Solution:
             s, t = (a.ravel() for a in np.meshgrid(*(m.nodes for m in patches.meshes), indexing="ij"))
             expected = finer.terms[..., finer.F.slices[i]]
             difference = self.radiance(surface.name, s, t) - expected
-            surfaces[:, i] = _ratio(np.sqrt(difference**2 @ patches.weights), np.sqrt(expected**2 @ patches.weights))
+            surfaces[:, i] = _ratio(
+                np.sqrt(difference**2 @ patches.weights), np.sqrt(expected**2 @ patches.weights)
+            )
         image, expected = self.image(), finer.image()
         largest = np.abs(image - expected).max(axis=(1, 2))
         return Errors(surfaces, _ratio(largest, expected.mean(axis=(1, 2))))
@@ -248,9 +269,9 @@ def _ratio(difference: Array, size: Array) -> Array:
         return np.where(difference == 0, 0.0, difference / size)
 
 
-def _albedo(scene: Scene, F: FormFactors | haar.WaveletFormFactors) -> Array:
+def nodal_albedo(scene: Scene, surfaces: list[Patches]) -> Array:
     """At every node, ``(channels, nodes)``."""
-    counts = [len(patches) for patches in F.surfaces]
+    counts = [len(patches) for patches in surfaces]
     return np.repeat(np.array([s.material.albedo for s in scene.surfaces]), counts, axis=0).T
 
 
@@ -269,8 +290,9 @@ def solve(
         scene: quads, Lambertian, any number of channels.
         bounces: the last bounce.
         basis: the space, and for haar the sparse form of T in it.
-        order: nodes per patch and axis (polynomial degree + 1); 1 for constant and haar.
-        levels: of grading for legendre; for constant and haar there are 2^levels patches per axis.
+        order: nodes per patch and axis (polynomial degree + 1) away from edges; 1 for constant and haar.
+        levels: of grading for legendre; for constant and haar there are 2^levels patches per axis. The defaults
+            give the empty Cornell box to 10⁻⁵; they are coarse where pairs of surfaces need quadrature.
         splits: further mesh lines, where the edge of a shadow lies: surface name → values of s, values of t.
         threshold: of haar: entries of T below threshold × the largest one are dropped.
 
@@ -283,16 +305,22 @@ def solve(
         raise ValueError(f"basis = {basis!r}: expected one of {', '.join(DEFAULTS)}")
     if bounces < 0:
         raise ValueError(f"bounces = {bounces}: expected 0 or more")
-    order, levels = order or DEFAULTS[basis][0], DEFAULTS[basis][1] if levels is None else levels
+    usual = DEFAULTS[basis]
+    if (
+        basis == "legendre"
+        and None in (order, levels)
+        and not FormFactors(scene, meshed(scene, 1, 0)).structured
+    ):
+        usual = WITHOUT_STRUCTURE
+    order, levels = usual[0] if order is None else order, usual[1] if levels is None else levels
     if basis != "legendre" and order != 1:
         raise ValueError(f"order = {order}: the basis {basis} has order 1")
     if basis == "haar" and splits:
         raise ValueError("splits: the basis haar halves its patches and has no other lines; use constant")
-    surfaces = meshed(scene, order, levels, basis == "legendre", splits)
-    F: FormFactors | haar.WaveletFormFactors = FormFactors(scene, surfaces)
-    if basis == "haar":
-        F = haar.WaveletFormFactors(F, threshold)
-    albedo = _albedo(scene, F)
+    surfaces = meshed(scene, order, levels, splits, grading=basis == "legendre")
+    full = FormFactors(scene, surfaces)
+    F = haar.WaveletFormFactors(full, threshold) if basis == "haar" else full
+    albedo = nodal_albedo(scene, surfaces)
     dark = (0.0,) * scene.channels
     emitted = [s.emission.radiance if s.emission else dark for s in scene.surfaces]
     terms = np.empty((bounces + 1, scene.channels, F.size))

@@ -9,6 +9,8 @@ quadrature, for pairs without structure.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +24,9 @@ FAR_ORDER = 24
 NEAR = 1.5
 """A part of a source is cut in four while it is nearer than that many of its half diagonals."""
 DEEPEST = 14
-BATCH = 400_000  # kernel values held at once
+"""How often at most."""
+BATCH = 400_000
+"""Kernel values held at once."""
 
 
 def kernel(x: Array, nx: Array, y: Array, ny: Array) -> Array:
@@ -135,10 +139,38 @@ def separation(a: Patches, b: Patches) -> float:
 
 
 class DenseBlock:
-    """The operator of any pair, as a matrix by adaptive quadrature: parts of the source near a node are cut in four.
+    """The operator of any pair, as a matrix ``(nodes of the receiver, nodes of the source)``."""
 
-    With ``cast``, every kernel value is multiplied by the visibility of its two ends. Where the edge of a shadow
-    crosses a patch the quadrature sees a jump, and converges like one over the number of its nodes.
+    def __init__(self, matrix: Array) -> None:
+        self.matrix = matrix
+
+    def __call__(self, values: Array) -> Array:
+        """Nodal values ``(fields, nodes of the source)`` → ``(fields, nodes of the receiver)``."""
+        result: Array = values @ self.matrix.T
+        return result
+
+
+def of_patches(receiver: Patches, source: Patches) -> Array:
+    """The matrix for a source with one value per patch, all of it above the receiver's horizon: exact."""
+    breaks_s, breaks_t = (mesh.breaks for mesh in source.meshes)
+    n = np.tile(receiver.normal[:, None], len(receiver))
+    columns = []
+    for s in pairwise(breaks_s):
+        for t in pairwise(breaks_t):
+            corners = source.points(np.array(s)[[0, 1, 1, 0]], np.array(t)[[0, 0, 1, 1]])
+            columns.append(point_to_polygon(receiver.nodes, n, corners))
+    return np.stack(columns, axis=1)
+
+
+class AdaptiveQuadrature:
+    """The matrix for any pair: parts of the source that are near to a node are cut in four.
+
+    With ``visible`` = (ray caster, receiver's index, source's index), every kernel value is multiplied by the
+    visibility of its two ends. Where the edge of a shadow crosses a patch the quadrature sees a jump, and
+    converges like one over the number of its nodes.
+
+    Attributes:
+        matrix: ``(nodes of the receiver, nodes of the source)``.
     """
 
     def __init__(
@@ -148,33 +180,30 @@ class DenseBlock:
         self._count = max(mesh.most for mesh in source.meshes) + 2  # nodes of a quadrature, per axis
         self.matrix = np.zeros((len(receiver), len(source)))
         breaks_s, breaks_t = (mesh.breaks for mesh in source.meshes)
-        i, s, t = np.meshgrid(
-            np.arange(len(receiver)),
-            np.arange(len(breaks_s) - 1),
-            np.arange(len(breaks_t) - 1),
-            indexing="ij",
+        cells = (np.arange(n) for n in (len(receiver), len(breaks_s) - 1, len(breaks_t) - 1))
+        i, s, t = (a.ravel() for a in np.meshgrid(*cells, indexing="ij"))
+        low, size = (
+            np.stack([breaks_s[s], breaks_t[t]]),
+            np.stack([np.diff(breaks_s)[s], np.diff(breaks_t)[t]]),
         )
-        low = np.stack([breaks_s[s], breaks_t[t]]).reshape(2, -1)
-        size = np.stack([np.diff(breaks_s)[s], np.diff(breaks_t)[t]]).reshape(2, -1)
-        self._integrate(i.ravel(), low, size)
-
-    def __call__(self, values: Array) -> Array:
-        """Nodal values ``(fields, nodes of the source)`` → ``(fields, nodes of the receiver)``."""
-        return values @ self.matrix.T
+        self._integrate(i, low, size)
 
     def _integrate(self, i: NDArray[np.intp], low: Array, size: Array) -> None:
         """Add the integrals over the parts low … low + size of the source, seen from node i of the receiver."""
         x, source = self._receiver.nodes, self._source
+        count = max(1, BATCH // self._count**2)
         for depth in range(DEEPEST + 1):
             center = source.points(*(low + size / 2))
-            reach = np.abs(source.edges[:, :, None] * size[:, None, :] / 2).sum(axis=0)
-            near = np.linalg.norm(center - x[:, i], axis=0) < NEAR * np.linalg.norm(reach, axis=0)
-            far = np.flatnonzero(~near) if depth < DEEPEST else np.arange(len(i))
-            count = max(1, BATCH // self._count**2)
-            for start in range(0, len(far), count):
-                part = far[start : start + count]
+            diagonals = [
+                source.edges[0][:, None] * size[0] + sign * source.edges[1][:, None] * size[1]
+                for sign in (1, -1)
+            ]
+            reach = np.max([np.linalg.norm(d, axis=0) for d in diagonals], axis=0) / 2
+            near = (np.linalg.norm(center - x[:, i], axis=0) < NEAR * reach) & (depth < DEEPEST)
+            far = np.flatnonzero(~near)
+            for part in np.split(far, range(count, len(far), count)):
                 self._add(i[part], low[:, part], size[:, part])
-            if depth == DEEPEST or not near.any():
+            if not near.any():
                 return
             i, low, size = np.tile(i[near], 4), low[:, near], size[:, near] / 2
             quarters = np.array([[0, 1, 0, 1], [0, 0, 1, 1]])
@@ -190,16 +219,15 @@ class DenseBlock:
         x, nx = self._receiver.nodes[:, lanes], self._receiver.normal[:, None]
         value = kernel(x, nx, y, source.normal[:, None])
         if self._visible is not None:
-            value[value > 0] *= self._sees(x[:, value > 0], y[:, value > 0])
+            lit = np.flatnonzero(value)
+            value[lit] *= self._sees(x[:, lit], y[:, lit], *self._visible)
         weight = np.outer(source.area * size.prod(axis=0), np.outer(rule.weights, rule.weights)).ravel()
         indices, basis = source.basis(s, t)
-        shape = (len(i), len(u), -1)
-        moments = np.einsum("nq,nqk->nk", (value * weight).reshape(len(i), -1), basis.reshape(shape))
+        shape = (len(i), len(u), source.support)
+        moments = np.einsum("nq,nqk->nk", (value * weight).reshape(shape[:2]), basis.reshape(shape))
         np.add.at(self.matrix, (i[:, None], indices.reshape(shape)[:, 0]), moments)
 
-    def _sees(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        assert self._visible is not None
-        cast, here, there = self._visible
+    def _sees(self, x: Array, y: Array, cast: RayCaster, here: int, there: int) -> NDArray[np.bool_]:
         d = (y - x) / np.linalg.norm(y - x, axis=0)
         n = np.tile(self._receiver.normal[:, None], x.shape[1])
         hit = cast(Points(x, n, np.full(x.shape[1], here)), d)

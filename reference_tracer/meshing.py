@@ -56,15 +56,17 @@ def diameter(surfaces: Sequence[Patches]) -> float:
     return float(np.linalg.norm(np.ptp(corners, axis=1)))
 
 
-def meshed(scene: Scene, order: int, levels: int, grading: bool, splits: Splits | None) -> list[Patches]:
+def meshed(
+    scene: Scene, order: int, levels: int, splits: Splits | None = None, *, grading: bool = True
+) -> list[Patches]:
     """Every surface of a scene, cut.
 
     Args:
         scene: of quads.
         order: of the polynomials: nodes per patch and axis.
         levels: with grading, how often patches shrink towards an edge; without, 2^levels equal cells per axis.
-        grading: which of the two.
         splits: further mesh lines.
+        grading: which of the two.
 
     Raises:
         ValueError: order or levels can't be, or splits name no surface.

@@ -74,7 +74,9 @@ class Polygons:
         count = taken.sum(axis=1)
         order = np.argsort(~taken, axis=1, kind="stable")[:, : count.max()]
         order = np.take_along_axis(order, np.minimum(np.arange(count.max()), count[:, None] - 1), axis=1)
-        return _joined(found[whole], Polygons(np.take_along_axis(candidates, order[..., None], axis=1), cut.pixel))
+        return _joined(
+            found[whole], Polygons(np.take_along_axis(candidates, order[..., None], axis=1), cut.pixel)
+        )
 
     def split(self, line: Array) -> Polygons:
         """The same area, with no polygon on both sides of a line."""
@@ -107,7 +109,9 @@ class Polygons:
 def _joined(a: Polygons, b: Polygons) -> Polygons:
     most = max(a.vertices.shape[1], b.vertices.shape[1])
     padded = [
-        np.concatenate([p.vertices, np.repeat(p.vertices[:, -1:], most - p.vertices.shape[1], axis=1)], axis=1)
+        np.concatenate(
+            [p.vertices, np.repeat(p.vertices[:, -1:], most - p.vertices.shape[1], axis=1)], axis=1
+        )
         for p in (a, b)
     ]
     return Polygons(np.concatenate(padded), np.concatenate([a.pixel, b.pixel]))
@@ -198,6 +202,13 @@ def weights(sensor: Pinhole, surfaces: list[Patches]) -> scipy.sparse.csr_array:
             rows, columns, values = _surface_weights(view, visible_parts(views, i, squares))
             total = total + scipy.sparse.csr_array((values, (rows, columns + start[i])), shape=shape)
     return total
+
+
+def image(weights: scipy.sparse.csr_array, field: Array, sensor: Pinhole) -> Array:
+    """Averages of nodal radiance ``(…, channels, nodes)`` over pixels, ``(…, height, width, channels)``."""
+    *rest, channels, nodes = field.shape
+    flat = weights @ field.reshape(-1, nodes).T
+    return np.moveaxis(flat.reshape(sensor.height, sensor.width, *rest, channels), (0, 1), (-3, -2))
 
 
 def _surface_weights(view: View, parts: Polygons) -> tuple[Indices, Indices, Array]:

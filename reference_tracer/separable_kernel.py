@@ -142,7 +142,9 @@ class SeparableBlock:
 
     With o the axis of both, p that of the receiver's position across it and q the source's:
 
-        (Kf)(x_o, x_p) = Σ_m w_m |x_p − level| e^{−τ(x_p − level)²} ∫∫ e^{−τ(x_o − y_o)²} |y_q − level| e^{−τ(y_q − level)²} f
+        (Kf)(x) = Σ_m w_m |x_p − y_p| e^{−τ(x_p − y_p)²} ∫ e^{−τ(x_o − y_o)²} ∫ |y_q − x_q| e^{−τ(y_q − x_q)²} f(y) dy_q dy_o
+
+    where y_p and x_q are constants: the planes that the two lie in.
     """
 
     def __init__(self, receiver: Aligned, source: Aligned, transforms: Transforms) -> None:
