@@ -68,7 +68,9 @@ class _Search:
     def below(self, place: str, value: Any, level: int = 0) -> None:
         if level == len(self._shape):
             return self._number(place, value)
-        if not isinstance(value, list | tuple | np.ndarray) or (isinstance(value, np.ndarray) and not value.ndim):
+        if not isinstance(value, list | tuple | np.ndarray) or (
+            isinstance(value, np.ndarray) and not value.ndim
+        ):
             raise SceneError(path(self._owner, place), value, f"a list of {self._shape[level] or 'numbers'}")
         if not len(value) or len(value) != (self._shape[level] or len(value)):
             expected = f"a list of {self._shape[level] or 'at least one'}"
