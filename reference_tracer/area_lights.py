@@ -103,64 +103,64 @@ class FlatEmitter(AreaEmitter):
 
     def __init__(self, surface: Surface, primitive: int, shape: Quad | Disk) -> None:
         super().__init__(surface, primitive, shape.area)
-        quad = isinstance(shape, Quad)
-        self._warp = _square_to_centred_square if quad else sampling.square_to_disk
-        u, v = (
-            np.array(e)
-            for e in (
-                (shape.edge_u, shape.edge_v) if isinstance(shape, Quad) else (shape.axis_u, shape.axis_v)
-            )
-        )
-        center = np.array(shape.corner) + (u + v) / 2 if isinstance(shape, Quad) else np.array(shape.center)
+        corner, u, v = _centred(shape)
+        self._warp = _square_to_centred_square if isinstance(shape, Quad) else sampling.square_to_disk
+        self._center, self._edges = corner[:, None], np.stack([u, v], axis=1)
         along = u / np.linalg.norm(u)
         # rows: an orthonormal frame about the centre, its first axis along u and its third the normal
-        self._axes, self._center = (
-            np.array([along, np.cross(shape.normal, along), shape.normal]),
-            center[:, None],
-        )
-        self._u, (self._v, self._v_across) = self._axes[0] @ u, self._axes[:2] @ v
-        self._rectangle = quad and bool(abs(self._v) <= 1e-12 * self._v_across)
+        self._axes = np.array([along, np.cross(shape.normal, along), shape.normal])
+        self._half = np.abs(self._axes[:2] @ self._edges).sum(axis=1, keepdims=True) / 2
+        self._rectangle = isinstance(shape, Quad) and shape.is_rectangle
 
     def sample(self, reference: Points, u: Array) -> EmitterSample:
         """As the base class says."""
-        local = self._axes @ (reference.x - self._center)
-        s, t = self._warp(u)
-        segment = np.stack([s * self._u + t * self._v, t * self._v_across, np.zeros_like(s)]) - local
-        lanes, low, high, height = self._by_solid_angle(local)
+        offset = reference.x - self._center
+        height = self._axes[2] @ offset
+        lit = self._seen(height) & (reference.primitive != self.primitive)
+        segment = self._edges @ self._warp(u) - offset
+        lanes, low, high, above = self._by_solid_angle(offset, lit)
         if len(lanes):
-            segment[:2, lanes] = sampling.square_to_spherical_rectangle(u[:, lanes], low, high, height)
-        distance = _norm(segment)
-        distance[distance == 0] = 1  # the reference itself was chosen: not seen, and no NaN
-        lit = self._seen(local[2]) & (reference.primitive != self.primitive)
-        pdf = distance**3 / (self.area * np.where(lit, np.abs(local[2]), 1))
+            flat = sampling.square_to_spherical_rectangle(u.take(lanes, axis=1), low, high, above)
+            segment[:, lanes] = self._axes.T @ np.stack([*flat, -height.take(lanes)])
+        squared = _dot(segment, segment)
+        squared += squared == 0  # the reference itself was chosen: not seen, and no NaN
+        distance = np.sqrt(squared)
+        pdf = squared * distance / (self.area * np.abs(height) + ~lit)
         if len(lanes):
-            pdf[lanes] = sampling.square_to_spherical_rectangle_pdf(low, high, height)
-        return self._sample(self._axes.T @ (segment / distance), distance, pdf, lit)
+            pdf[lanes] = sampling.square_to_spherical_rectangle_pdf(low, high, above)
+        return self._sample(segment / distance, distance, pdf, lit)
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
         """As the base class says."""
-        local = self._axes @ (reference.x - self._center)
-        height = np.abs(local[2])
-        pdf = _distance(reference, points) ** 3 / (self.area * np.where(height > 0, height, 1))
-        lanes, *rectangle = self._by_solid_angle(local)
+        offset = reference.x - self._center
+        height = np.abs(self._axes[2] @ offset)
+        above_it = height > 0
+        pdf = _distance(reference, points) ** 3 / (self.area * height + ~above_it)
+        lanes, *rectangle = self._by_solid_angle(offset, above_it)
         if len(lanes):
             pdf[lanes] = sampling.square_to_spherical_rectangle_pdf(*rectangle)
-        return np.where(height > 0, pdf, 0)
+        return pdf * above_it
 
-    def _by_solid_angle(self, local: Array) -> tuple[NDArray[np.intp], Array, Array, Array]:
-        """The lanes to which a rectangle looks large, and there its corners and its height as seen from them."""
+    def _by_solid_angle(self, offset: Array, lit: Mask) -> tuple[NDArray[np.intp], Array, Array, Array]:
+        """The lit lanes to which a rectangle looks large, and there its corners and its height as seen from them."""
         none = np.empty(0)
-        if not self._rectangle:
-            return none.astype(np.intp), none, none, none
-        lanes = np.flatnonzero(_dot(local, local) * LOOKS_LARGE < self.area)
+        large = lit & (_dot(offset, offset) * LOOKS_LARGE < self.area)
+        lanes = np.flatnonzero(large) if self._rectangle else none.astype(np.intp)
         if not len(lanes):
             return lanes, none, none, none
-        half = np.array([[self._u], [self._v_across]]) / 2
-        low, high, height = -half - local[:2, lanes], half - local[:2, lanes], np.abs(local[2, lanes])
-        kept = (height > 0) & (
-            sampling.square_to_spherical_rectangle_pdf(low, high, height) < 1 / SMALL_ANGLE
-        )
+        local = self._axes @ offset.take(lanes, axis=1)
+        low, high, height = -self._half - local[:2], self._half - local[:2], np.abs(local[2])
+        density = sampling.square_to_spherical_rectangle_pdf(low, high, height)
+        kept = np.flatnonzero(density < 1 / SMALL_ANGLE)
         return lanes[kept], low[:, kept], high[:, kept], height[kept]
+
+
+def _centred(shape: Quad | Disk) -> tuple[Array, Array, Array]:
+    """The middle, and the edges of a quad or the radii of a disk."""
+    if isinstance(shape, Disk):
+        return np.array(shape.center), np.array(shape.axis_u), np.array(shape.axis_v)
+    u, v = np.array(shape.edge_u), np.array(shape.edge_v)
+    return shape.corner + (u + v) / 2, u, v
 
 
 def _square_to_centred_square(u: Array) -> Array:

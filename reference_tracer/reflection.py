@@ -55,7 +55,7 @@ class LambertianBSDF:
 
     def f(self, points: Points, wi: Array, wo: Array) -> Array:
         """albedo / π, ``(channels, n)``, 1/sr."""
-        return self._albedo(points, front(points, wi, wo)) * (1 / np.pi)
+        return self._albedo(points, front(points, wi, wo)) / np.pi
 
     def pdf(self, points: Points, wi: Array, wo: Array) -> Array:
         """Solid angle density cos θi / π, ``(n,)``."""
@@ -67,12 +67,13 @@ class LambertianBSDF:
         A Lambertian x lights that sphere evenly, as it does an integrating sphere. A chord of length l from x to
         it makes cos θi = l / 2. This needs no frame about the normal, and half the time of a lifted disk.
         """
-        radius, phi = 2 * np.sqrt(u[0] * (1 - u[0])), 2 * np.pi * u[1]
-        chord = np.stack([radius * np.cos(phi), radius * np.sin(phi), 1 - 2 * u[0]])
-        chord += points.ns
+        sphere = np.stack([*(2 * np.sqrt(u[0] * (1 - u[0])) * sampling.circle(u[1])), 1 - 2 * u[0]])
+        chord = sphere + points.ns
         length = np.sqrt(dot(chord, chord))
-        wi = chord / np.maximum(length, TINY)
-        surface = front(points, wo, wi)
+        length += TINY  # one point of the sphere is x itself
+        wi = chord / length
+        # every chord is on the side of the shading normal, so without one of its own wo alone decides
+        surface = front(points, wo) if points.ns is points.n else front(points, wo, wi)
         return BSDFSample(wi, self._albedo(points, surface), length * (surface != NOWHERE) * (0.5 / np.pi))
 
     def single_scattering_loss(self, surface: int, cos_theta: Array) -> Array:
