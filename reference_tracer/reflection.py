@@ -70,10 +70,11 @@ class LambertianBSDF:
         sphere = np.stack([*(2 * np.sqrt(u[0] * (1 - u[0])) * sampling.circle(u[1])), 1 - 2 * u[0]])
         chord = sphere + points.ns
         length = np.sqrt(dot(chord, chord))
-        length += TINY  # one point of the sphere is x itself
-        wi = chord / length
-        # every chord is on the side of the shading normal, so without one of its own wo alone decides
+        wi = chord / (length + TINY)
+        # every chord is on the side of the shading normal, so without one of its own wo alone decides; one point
+        # of the sphere is x itself, and gives no direction
         surface = front(points, wo) if points.ns is points.n else front(points, wo, wi)
+        surface = np.where(length > 0, surface, NOWHERE)
         return BSDFSample(wi, self._albedo(points, surface), length * (surface != NOWHERE) * (0.5 / np.pi))
 
     def single_scattering_loss(self, surface: int, cos_theta: Array) -> Array:
