@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from reference_tracer import sampling, spherical_harmonics
 from reference_tracer.emitter_sample import EmitterSample
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from scenes import ConstantEnvironment, EnvironmentMap, Scene, SphericalHarmonicsEnvironment
 
 Array = NDArray[np.float64]

@@ -188,7 +188,9 @@ PLACES = {
     "rectangle, near": (RECTANGLE, (0.4, 0.3, 1.2), None),
     "rectangle, nearly in its plane": (RECTANGLE, (1.4, 0.3, 1.9), None),
     "rectangle, close under it": (RECTANGLE, (0.5, 0.4, 1.95), None),
-    "parallelogram": (SLANTED, (0.4, -0.3, 0.5), None),
+    "parallelogram, far": (SLANTED, (0.4, -0.3, -0.5), None),
+    "parallelogram, near": (SLANTED, (0.4, 0.3, 1.3), None),
+    "parallelogram, close under it": (SLANTED, (-0.1, 0.2, 2.1), None),
     "disk": (DISK, (0.4, -0.3, 0.5), None),
     "ball": (BALL, (0.4, -0.3, 0.1), None),
     "ball, far": (BALL, (4e5, -3e5, 1e6), None),
@@ -261,7 +263,7 @@ def faulty_jacobian(self: EllipsoidEmitter, reference: Points, points: Points, w
 
 
 def faulty_branch(self: FlatEmitter, offset: np.ndarray, lit: np.ndarray) -> tuple:
-    return np.empty(0, dtype=int), None, None, None
+    return np.empty(0, dtype=int), offset[:, :0], np.empty(0)
 
 
 @pytest.mark.parametrize(

@@ -76,6 +76,15 @@ def test_a_quad_emits_from_its_front_into_every_direction_alike() -> None:
     assert not front.all()
 
 
+def test_no_density_on_a_back() -> None:
+    """A ray that meets the back finds nothing, and next event would have chosen nothing there."""
+    emitters = Emitters(scene_of((QUAD, lamp(3.0))))
+    above = np.array([[0.0], [0.0], [5.0]])
+    hit = at(np.array([[0.0], [0.0], [2.2]]), QUAD.normal[:, None])
+    assert not emitters.pdf(Points.nowhere(above), hit, np.array([[0.0], [0.0], [-1.0]])).any()
+    assert emitters.pdf(Points.nowhere(-above), hit, np.array([[0.0], [0.0], [1.0]])).all()
+
+
 def test_what_does_not_emit_is_dark() -> None:
     emitters = Emitters(scene_of((QUAD, lamp(3.0)), (Sphere((0, 0, 0), 1), None), (BALL, lamp(0.0))))
     up = np.array([[0.0], [0.0], [1.0]])
@@ -233,7 +242,8 @@ def test_delta_only() -> None:
 
 def test_how_many_numbers_a_sample_takes() -> None:
     """None, two, or three if there is a choice; what has no power is none."""
-    one = scene_of((QUAD, lamp(1.0)), (BALL, lamp(0.0)), lights=(LIGHTS[1],))
+    dark = (LIGHTS[1], ConstantEnvironment((0.0, 0.0)))
+    one = scene_of((QUAD, lamp(1.0)), (BALL, lamp(0.0)), lights=dark)
     assert Emitters(one).dimensions == 2
     nothing = Emitters(one, delta_only=True)
     assert nothing.dimensions == 0

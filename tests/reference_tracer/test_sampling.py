@@ -198,6 +198,55 @@ def test_spherical_rectangles_nearly_in_the_plane() -> None:
                 np.testing.assert_allclose(pdf, 1 / (2 * np.pi), rtol=1.5 * h / min(-x0, x1, -y0, y1) + 1e-12)
 
 
+TRIANGLES = [
+    ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    ((1, 0, 0.2), (0.1, 1, 0), (-1, -0.3, 0.1)),
+    ((1, 0, 5), (0, 1, 5), (-0.3, -0.4, 5)),
+    ((1, 0, 0), (0.999, 0.01, 0.001), (0.9, 0, 0.5)),
+]
+
+
+@pytest.mark.parametrize("corners", TRIANGLES)
+def test_spherical_triangles(corners: tuple) -> None:
+    """∫ ω dω = ½ Σ βᵢ (vᵢ × vᵢ₊₁) / |…| around the corners, and ∫ ω ωᵀ dω as over the flat triangle.
+
+    By Gauss's rule, once over the unit square of random numbers and once over the flat triangle.
+    """
+    v = np.array(corners, dtype=float)
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    nodes, weights = (nodes + 1) / 2, weights / 2
+    u, w = np.stack(np.meshgrid(nodes, nodes)).reshape(2, -1), np.outer(weights, weights).ravel()
+    a, b, c = (np.tile((p / np.linalg.norm(p))[:, None], u.shape[1]) for p in v)
+    d = sampling.square_to_spherical_triangle(u, a, b, c)
+    np.testing.assert_allclose(np.linalg.norm(d, axis=0), 1, atol=1e-12)
+    angle = 1 / sampling.square_to_spherical_triangle_pdf(a, b, c)[0]
+
+    s, t = u[0], u[1] * (1 - u[0])
+    x = v[:1].T + np.outer(v[1] - v[0], s) + np.outer(v[2] - v[0], t)
+    volume = abs(np.linalg.det(v))
+    solid_angles = w * (1 - u[0]) * volume / (x**2).sum(axis=0) ** 1.5  # h dA / r³ = |det| ds dt / r³
+    assert angle == pytest.approx(solid_angles.sum(), rel=1e-6)
+    e = x / np.linalg.norm(x, axis=0)
+    np.testing.assert_allclose(angle * (d * w) @ d.T, (e * solid_angles) @ e.T, atol=1e-5 * angle)
+    edges = np.stack([v, np.roll(v, -1, axis=0)]) / np.linalg.norm(v, axis=1)[:, None]
+    edges[1] = np.roll(edges[0], -1, axis=0)
+    cross = np.cross(*edges)
+    sine = np.linalg.norm(cross, axis=1)
+    beta = np.arctan2(sine, (edges[0] * edges[1]).sum(axis=1))
+    flux = (beta / sine) @ cross / 2 * np.sign(np.linalg.det(v))
+    np.testing.assert_allclose(angle * d @ w, flux, atol=1e-5 * angle)
+
+
+@pytest.mark.filterwarnings("error")
+def test_spherical_triangles_without_an_area() -> None:
+    """Two corners in one place, or three on one arc: directions all the same."""
+    u = np.array([[0, 0, 0.9, 0.9, 0.5], [0, 0.9, 0, 0.9, 0.5]])
+    for corners in (np.eye(3)[[0, 1, 1]], np.array([[1, 0, 0], [0.6, 0.8, 0], [0, 1, 0]])):
+        a, b, c = (np.tile(p[:, None], 5) for p in corners)
+        d = sampling.square_to_spherical_triangle(u, a, b, c)
+        np.testing.assert_allclose(np.linalg.norm(d, axis=0), 1, atol=1e-12)
+
+
 def normals() -> np.ndarray:
     """±x, ±y, ±z, directions about as close to ±z as there are, and random ones."""
     special = np.concatenate([np.eye(3), -np.eye(3)], axis=1)
