@@ -5,7 +5,8 @@
     G2(wi,wo) = 2 / (√(1 + α² tan² θi) + √(1 + α² tan² θo))             Heitz 2014, eq. 99
     D_wo(m)   = G1(wo) D(m) max(wo·m, 0) / cos θo                       Heitz 2014, §3: the normals that wo sees
 
-G2 is Smith's shadowing, correlated by height; refraction has the same one. Light scatters once, and what would
+G2 is Smith's shadowing, correlated by height; a material may ask for the separable G1(wi) G1(wo) instead (Walter
+et al., eq. 23). Refraction has the same one. Light scatters once, and what would
 scatter again is lost. The sampling draws m from D_wo, so that f · cos / pdf is F G2 / G1, and a lossless surface
 loses 1 − G2 / G1 on average over D_wo: that is ``single_scattering_loss``.
 
@@ -44,9 +45,12 @@ def G1(cos_theta: Array, alpha: Array) -> Array:
     return 2 * cos_theta / (cos_theta + _projected(cos_theta, alpha))
 
 
-def G2(cos_i: Array, cos_o: Array, alpha: Array) -> Array:
+def G2(cos_i: Array, cos_o: Array, alpha: Array, separable: Mask) -> Array:
     """Share of the facets facing both directions that both see, for cosines > 0, of either side."""
-    return 2 * cos_i * cos_o / (cos_o * _projected(cos_i, alpha) + cos_i * _projected(cos_o, alpha))
+    correlated = 2 * cos_i * cos_o / (cos_o * _projected(cos_i, alpha) + cos_i * _projected(cos_o, alpha))
+    if not np.any(separable):
+        return correlated
+    return np.where(separable, G1(cos_i, alpha) * G1(cos_o, alpha), correlated)
 
 
 def _projected(cos_theta: Array, alpha: Array) -> Array:
@@ -66,10 +70,9 @@ def square_to_visible_normals(u: Array, wo: Array, alpha: Array) -> Array:
     """
     wx, wy, wz = unit(np.stack([alpha * wo[0], alpha * wo[1], wo[2]]))
     # c is uniform on the cap z > −wz, and c + wo is normal to the facet that mirrors wo into c
-    phi, height = 2 * np.pi * u[0], (1 - u[1]) * (1 + wz)
-    radius = np.sqrt(np.maximum(1 - (height - wz) ** 2, 0))
-    x, y = radius * np.cos(phi) + wx, radius * np.sin(phi) + wy
-    return unit(np.stack([alpha * x, alpha * y, height]))
+    height = (1 - u[1]) * (1 + wz)
+    x, y = np.sqrt(np.maximum(1 - (height - wz) ** 2, 0)) * sampling.circle(u[0])
+    return unit(np.stack([alpha * (x + wx), alpha * (y + wy), height]))
 
 
 def square_to_visible_normals_pdf(cos_om: Array, cos_m: Array, cos_o: Array, alpha: Array) -> Array:
@@ -96,13 +99,14 @@ class RoughConductorBSDF:
         self._eta = table(materials, lambda m: m.eta, (1.0,) * channels)
         self._k = table(materials, lambda m: m.k, (0.0,) * channels)
         self._alpha = table(materials, lambda m: m.alpha, 1.0)
+        self._separable = table(materials, lambda m: m.shadowing == "separable", 0.0) > 0
 
     def f(self, points: Points, wi: Array, wo: Array) -> Array:
         """F D G2 / (4 cos θi cos θo), ``(channels, n)``, 1/sr."""
         surface, alpha = front(points, wi, wo), self._alpha.take(points.surface)
         cos_i, cos_o = (np.maximum(cosine(points, w), TINY) for w in (wi, wo))
         m = unit(wi + wo)
-        DG = D(dot(points.ns, m), alpha) * G2(cos_i, cos_o, alpha)
+        DG = D(dot(points.ns, m), alpha) * G2(cos_i, cos_o, alpha, self._separable.take(points.surface))
         value: Array = self._F(dot(wo, m), surface) * (DG / (4 * cos_i * cos_o))
         return value
 
@@ -124,18 +128,20 @@ class RoughConductorBSDF:
         cos_i, cos_o = (np.maximum(cosine(points, w), TINY) for w in (wi, wo))
         cos_om = np.maximum(dot(wo, m), TINY)
         density = square_to_visible_normals_pdf(cos_om, dot(n, m), cos_o, alpha)
-        weight = self._F(cos_om, surface) * (G2(cos_i, cos_o, alpha) / G1(cos_o, alpha))
+        G = G2(cos_i, cos_o, alpha, self._separable.take(points.surface)) / G1(cos_o, alpha)
+        weight = self._F(cos_om, surface) * G
         return BSDFSample(wi, weight, np.where(surface == NOWHERE, 0, density / (4 * cos_om)))
 
     def single_scattering_loss(self, surface: int, cos_theta: Array) -> Array:
         """1 − ∫ D_wo G2/G1 dm, what a metal with F = 1 loses, to 3e-4."""
 
-        def kept(wo: Array, m: Array, alpha: Array) -> Array:
+        def kept(wo: Array, m: Array, alpha: Array, separable: Mask) -> Array:
             cos_i = 2 * dot(wo, m) * m[2] - wo[2]
-            G = G2(np.maximum(cos_i, TINY), wo[2], alpha)
+            G = G2(np.maximum(cos_i, TINY), wo[2], alpha, separable)
             return np.where(cos_i > 0, G / G1(wo[2], alpha), 0)
 
-        return _loss(kept, np.maximum(cos_theta, TINY), self._alpha[surface]) * (cos_theta > 0)
+        parameters = self._alpha[surface], self._separable[surface]
+        return _loss(kept, np.maximum(cos_theta, TINY), *parameters) * (cos_theta > 0)
 
     def _F(self, cos_om: Array, surface: NDArray[np.intp]) -> Array:
         eta, k = self._eta.take(surface, axis=1), self._k.take(surface, axis=1)
@@ -150,7 +156,7 @@ class _Facet:
         cos_i, cos_o: |cos| of wi and wo to the normal of the surface.
         cos_im, cos_om: |cos| of the two to m.
         cos_m: cos of m to the normal.
-        alpha: roughness.
+        alpha, separable: roughness, and which G2.
         eta: η_i / η_o, the index on the other side over that on the side of wo.
         reflects: wi is on the side of wo.
         exists: there is such a facet; the rest of a lane means something.
@@ -162,6 +168,7 @@ class _Facet:
     cos_om: Array
     cos_m: Array
     alpha: Array
+    separable: Mask
     eta: Array
     reflects: Mask
     exists: Mask
@@ -176,7 +183,7 @@ class _Facet:
 
     def weight(self) -> Array:
         """f · |cos θi| / pdf: G2 / G1, over η² for refracted radiance."""
-        G = G2(self.cos_i, self.cos_o, self.alpha) / G1(self.cos_o, self.alpha)
+        G = G2(self.cos_i, self.cos_o, self.alpha, self.separable) / G1(self.cos_o, self.alpha)
         return np.where(self.exists, np.where(self.reflects, G, G / self.eta**2), 0)
 
 
@@ -196,6 +203,7 @@ class RoughDielectricBSDF:
         self._channels = channels
         self._eta = table(materials, lambda m: m.interior_ior / m.exterior_ior, 1.5)
         self._alpha = table(materials, lambda m: m.alpha, 1.0)
+        self._separable = table(materials, lambda m: m.shadowing == "separable", 0.0) > 0
 
     def f(self, points: Points, wi: Array, wo: Array) -> Array:
         """weight · pdf / |cos θi|, where G1 cancels; the same in each channel, ``(channels, n)``, 1/sr."""
@@ -216,7 +224,8 @@ class RoughDielectricBSDF:
         cos_i, cos_im = cosine(points, wi), np.abs(dot(wi, m))
         exists = on_right_side(points, cos_i, cos_o, reflects)
         cos_i, cos_o = (np.maximum(np.abs(c), TINY) for c in (cos_i, cos_o))
-        facet = _Facet(cos_i, cos_o, cos_im, cos_om, dot(n, m), alpha, eta, reflects, exists)
+        separable = self._separable.take(points.surface)
+        facet = _Facet(cos_i, cos_o, cos_im, cos_om, dot(n, m), alpha, separable, eta, reflects, exists)
         return BSDFSample(wi, np.tile(facet.weight(), (self._channels, 1)), facet.pdf())
 
     def single_scattering_loss(self, surface: int, cos_theta: Array) -> Array:
@@ -225,18 +234,18 @@ class RoughDielectricBSDF:
         Glass absorbs nothing, so this is all that it loses, to 3e-4.
         """
 
-        def kept(wo: Array, m: Array, alpha: Array, eta: Array) -> Array:
+        def kept(wo: Array, m: Array, alpha: Array, separable: Mask, eta: Array) -> Array:
             cos_om = np.maximum(dot(wo, m), TINY)
             F = fresnel.dielectric(cos_om, eta)
             total = np.zeros_like(cos_om)
             for share, wi, side in ((F, reflected(wo, m), 1), (1 - F, refracted(wo, m, eta), -1)):
                 cos_i = side * wi[2]
-                G = G2(np.maximum(cos_i, TINY), wo[2], alpha) / G1(wo[2], alpha)
+                G = G2(np.maximum(cos_i, TINY), wo[2], alpha, separable) / G1(wo[2], alpha)
                 total += np.where(cos_i > 0, share * G, 0)
             return total
 
-        front, eta, alpha = cos_theta > 0, self._eta[surface], self._alpha[surface]
-        return _loss(kept, np.abs(cos_theta), alpha, np.where(front, eta, 1 / eta))
+        eta = np.where(cos_theta > 0, self._eta[surface], 1 / self._eta[surface])
+        return _loss(kept, np.abs(cos_theta), self._alpha[surface], self._separable[surface], eta)
 
     def _facet(self, points: Points, wi: Array, wo: Array) -> _Facet:
         """The facet between two directions: half way, or where they obey Snell's law."""
@@ -248,7 +257,10 @@ class RoughDielectricBSDF:
         cos_im, cos_om = dot(wi, m), dot(wo, m)
         exists = on_right_side(points, cos_i, cos_o, reflects) & (cos_om > 0) & ((cos_im > 0) == reflects)
         cos_i, cos_o, cos_om = (np.maximum(np.abs(c), TINY) for c in (cos_i, cos_o, cos_om))
-        return _Facet(cos_i, cos_o, np.abs(cos_im), cos_om, dot(n, m), alpha, eta, reflects, exists)
+        separable = self._separable.take(points.surface)
+        return _Facet(
+            cos_i, cos_o, np.abs(cos_im), cos_om, dot(n, m), alpha, separable, eta, reflects, exists
+        )
 
     def _side(self, points: Points, wo: Array) -> tuple[Array, Array, Array, Array]:
         """cos θo, the normals on the side of wo, η_i / η_o of refraction, and the roughness."""
