@@ -104,58 +104,61 @@ class FlatEmitter(AreaEmitter):
 
     def __init__(self, surface: Surface, primitive: int, shape: Quad | Disk) -> None:
         super().__init__(surface, primitive, shape.area)
-        quad = isinstance(shape, Quad)
-        self._warp = _square_to_centred_square if quad else sampling.square_to_disk
-        u, v = (
-            np.array(e)
-            for e in (
-                (shape.edge_u, shape.edge_v) if isinstance(shape, Quad) else (shape.axis_u, shape.axis_v)
-            )
-        )
-        center = np.array(shape.corner) + (u + v) / 2 if isinstance(shape, Quad) else np.array(shape.center)
+        corner, u, v = _centred(shape)
+        self._warp = _square_to_centred_square if isinstance(shape, Quad) else sampling.square_to_disk
+        self._center, self._edges = corner[:, None], np.stack([u, v], axis=1)
         along = u / np.linalg.norm(u)
         # rows: an orthonormal frame about the centre, its first axis along u and its third the normal
-        self._axes, self._center = (
-            np.array([along, np.cross(shape.normal, along), shape.normal]),
-            center[:, None],
-        )
-        self._u, (self._v, self._v_across) = self._axes[0] @ u, self._axes[:2] @ v
-        self._near = near_quad(self._u, self._v, self._v_across) if quad else None
+        self._axes = np.array([along, np.cross(shape.normal, along), shape.normal])
+        self._near = near_quad(self._axes[:2] @ u, self._axes[:2] @ v) if isinstance(shape, Quad) else None
 
     def sample(self, reference: Points, u: Array) -> EmitterSample:
         """As the base class says."""
-        local = self._axes @ (reference.x - self._center)
-        s, t = self._warp(u)
-        segment = np.stack([s * self._u + t * self._v, t * self._v_across, np.zeros_like(s)]) - local
-        lanes, angle = self._by_solid_angle(local)
+        offset = reference.x - self._center
+        height = self._axes[2] @ offset
+        lit = self._seen(height) & (reference.primitive != self.primitive)
+        segment = self._edges @ self._warp(u) - offset
+        lanes, local, angle = self._by_solid_angle(offset, lit)
         if self._near is not None and len(lanes):
-            segment[:2, lanes] = self._near.sample(u[:, lanes], local[:, lanes])
-        distance = _norm(segment)
-        distance[distance == 0] = 1  # the reference itself was chosen: not seen, and no NaN
-        lit = self._seen(local[2]) & (reference.primitive != self.primitive)
-        pdf = distance**3 / (self.area * np.where(lit, np.abs(local[2]), 1))
+            flat = self._near.sample(u.take(lanes, axis=1), local)
+            segment[:, lanes] = self._axes.T @ np.stack([*flat, -height.take(lanes)])
+        squared = _dot(segment, segment)
+        squared += squared == 0  # the reference itself was chosen: not seen, and no NaN
+        distance = np.sqrt(squared)
+        pdf = squared * distance / (self.area * np.abs(height) + ~lit)
         pdf[lanes] = 1 / angle
-        return self._sample(self._axes.T @ (segment / distance), distance, pdf, lit)
+        return self._sample(segment / distance, distance, pdf, lit)
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
         """As the base class says."""
-        local = self._axes @ (reference.x - self._center)
-        height = np.abs(local[2])
-        pdf = _distance(reference, points) ** 3 / (self.area * np.where(height > 0, height, 1))
-        lanes, angle = self._by_solid_angle(local)
+        offset = reference.x - self._center
+        height = np.abs(self._axes[2] @ offset)
+        above_it = height > 0
+        pdf: Array = _distance(reference, points) ** 3 / (self.area * height + ~above_it)
+        lanes, _, angle = self._by_solid_angle(offset, above_it)
         pdf[lanes] = 1 / angle
+        pdf *= above_it
         return pdf
 
-    def _by_solid_angle(self, local: Array) -> tuple[NDArray[np.intp], Array]:
-        """The lanes to which a quad looks large, and there its solid angle."""
-        lanes, angle = np.empty(0, dtype=np.intp), np.empty(0)
+    def _by_solid_angle(self, offset: Array, lit: Mask) -> tuple[NDArray[np.intp], Array, Array]:
+        """The lit lanes to which a quad looks large; there the reference in its frame, and the solid angle."""
+        lanes = np.empty(0, dtype=np.intp)
         if self._near is not None:
-            lanes = np.flatnonzero((_dot(local, local) * LOOKS_LARGE < self.area) & (local[2] != 0))
-        if self._near is not None and len(lanes):
-            angle = self._near.solid_angle(local[:, lanes])
-            kept = angle > SMALL_ANGLE
-            lanes, angle = lanes[kept], angle[kept]
-        return lanes, angle
+            lanes = np.flatnonzero(lit & (_dot(offset, offset) * LOOKS_LARGE < self.area))
+        if self._near is None or not len(lanes):
+            return lanes, np.empty((3, 0)), np.empty(0)
+        local = self._axes @ offset.take(lanes, axis=1)
+        angle = self._near.solid_angle(local)
+        kept = np.flatnonzero(angle > SMALL_ANGLE)
+        return lanes.take(kept), local.take(kept, axis=1), angle.take(kept)
+
+
+def _centred(shape: Quad | Disk) -> tuple[Array, Array, Array]:
+    """The middle, and the edges of a quad or the radii of a disk."""
+    if isinstance(shape, Disk):
+        return np.array(shape.center), np.array(shape.axis_u), np.array(shape.axis_v)
+    u, v = np.array(shape.edge_u), np.array(shape.edge_v)
+    return shape.corner + (u + v) / 2, u, v
 
 
 def _square_to_centred_square(u: Array) -> Array:
@@ -206,8 +209,8 @@ class MeshEmitter(AreaEmitter):
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
         """As the base class says."""
         height = np.abs(self._height(reference, points.primitive - self.primitive))
-        density: Array = _distance(reference, points) ** 3 / (self.area * np.where(height > 0, height, 1))
-        return density
+        density = _distance(reference, points) ** 3 / (self.area * np.where(height > 0, height, 1))
+        return np.where(height > 0, density, 0)
 
     def _height(self, reference: Points, triangle: NDArray[np.intp]) -> Array:
         """Of the references above the planes of triangles."""

@@ -262,8 +262,8 @@ def faulty_jacobian(self: EllipsoidEmitter, reference: Points, points: Points, w
     return np.full(len(points), 1 / (4 * np.pi))
 
 
-def faulty_branch(self: FlatEmitter, local: np.ndarray) -> tuple:
-    return np.empty(0, dtype=int), np.empty(0)
+def faulty_branch(self: FlatEmitter, offset: np.ndarray, lit: np.ndarray) -> tuple:
+    return np.empty(0, dtype=int), np.empty((3, 0)), np.empty(0)
 
 
 @pytest.mark.parametrize(
