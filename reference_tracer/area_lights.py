@@ -32,7 +32,8 @@ LOOKS_LARGE = 0.5
 
 What it buys, measured for a square: there one sample of the irradiance from the front has the relative standard
 deviation 0.02 instead of 0.10, from a slant of 70° 0.17 instead of 0.76; at 16 it is 0.24 to 0.40 instead of
-1.2 to 3.6. It costs about as much again as the choice by area, so a small lamp far away does without.
+1.2 to 3.6. A direction costs fourteen times as much as one by area, of a parallelogram twice that, so that a
+small lamp far away does without.
 """
 
 SMALL_ANGLE = 1e-3
@@ -110,7 +111,8 @@ class FlatEmitter(AreaEmitter):
         along = u / np.linalg.norm(u)
         # rows: an orthonormal frame about the centre, its first axis along u and its third the normal
         self._axes = np.array([along, np.cross(shape.normal, along), shape.normal])
-        self._near = near_quad(self._axes[:2] @ u, self._axes[:2] @ v) if isinstance(shape, Quad) else None
+        (along_u, along_v), (_, across) = self._axes[:2] @ self._edges
+        self._near = near_quad(along_u, along_v, across) if isinstance(shape, Quad) else None
 
     def sample(self, reference: Points, u: Array) -> EmitterSample:
         """As the base class says."""
@@ -121,7 +123,7 @@ class FlatEmitter(AreaEmitter):
         lanes, local, angle = self._by_solid_angle(offset, lit)
         if self._near is not None and len(lanes):
             flat = self._near.sample(u.take(lanes, axis=1), local)
-            segment[:, lanes] = self._axes.T @ np.stack([*flat, -height.take(lanes)])
+            segment[:, lanes] = self._axes.T @ np.stack([*flat, -local[2]])
         squared = _dot(segment, segment)
         squared += squared == 0  # the reference itself was chosen: not seen, and no NaN
         distance = np.sqrt(squared)
@@ -133,24 +135,22 @@ class FlatEmitter(AreaEmitter):
         """As the base class says."""
         offset = reference.x - self._center
         height = np.abs(self._axes[2] @ offset)
-        above_it = height > 0
-        pdf: Array = _distance(reference, points) ** 3 / (self.area * height + ~above_it)
-        lanes, _, angle = self._by_solid_angle(offset, above_it)
+        lit = height > 0
+        pdf: Array = lit * _cube(_distance(reference, points)) / (self.area * height + ~lit)
+        lanes, _, angle = self._by_solid_angle(offset, lit)
         pdf[lanes] = 1 / angle
-        pdf *= above_it
         return pdf
 
     def _by_solid_angle(self, offset: Array, lit: Mask) -> tuple[NDArray[np.intp], Array, Array]:
-        """The lit lanes to which a quad looks large; there the reference in its frame, and the solid angle."""
-        lanes = np.empty(0, dtype=np.intp)
-        if self._near is not None:
-            lanes = np.flatnonzero(lit & (_dot(offset, offset) * LOOKS_LARGE < self.area))
-        if self._near is None or not len(lanes):
-            return lanes, np.empty((3, 0)), np.empty(0)
+        """The lit lanes to which a quad looks large; their local coordinates and its solid angle there."""
+        near = lit & (_dot(offset, offset) * LOOKS_LARGE < self.area)
+        lanes = np.flatnonzero(near) if self._near is not None else np.empty(0, dtype=np.intp)
         local = self._axes @ offset.take(lanes, axis=1)
+        if self._near is None or not len(lanes):
+            return lanes, local, np.empty(0)
         angle = self._near.solid_angle(local)
         kept = np.flatnonzero(angle > SMALL_ANGLE)
-        return lanes.take(kept), local.take(kept, axis=1), angle.take(kept)
+        return lanes[kept], local[:, kept], angle[kept]
 
 
 def _centred(shape: Quad | Disk) -> tuple[Array, Array, Array]:
@@ -173,6 +173,10 @@ def _dot(a: Array, b: Array) -> Array:
 def _norm(a: Array) -> Array:
     length: Array = np.sqrt(_dot(a, a))
     return length
+
+
+def _cube(a: Array) -> Array:
+    return a * a * a  # a power takes five times as long
 
 
 def _distance(reference: Points, points: Points) -> Array:
@@ -203,14 +207,14 @@ class MeshEmitter(AreaEmitter):
         height = self._height(reference, triangle)
         primitive = self.primitive + triangle
         lit = self._seen(height) & (reference.primitive != primitive)
-        pdf = distance**3 / (self.area * np.where(lit, np.abs(height), 1))
+        pdf = _cube(distance) / (self.area * np.where(lit, np.abs(height), 1))
         return self._sample(segment / distance, distance, pdf, lit, primitive)
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
         """As the base class says."""
         height = np.abs(self._height(reference, points.primitive - self.primitive))
-        density = _distance(reference, points) ** 3 / (self.area * np.where(height > 0, height, 1))
-        return np.where(height > 0, density, 0)
+        density: Array = _cube(_distance(reference, points)) / (self.area * np.where(height > 0, height, 1))
+        return density
 
     def _height(self, reference: Points, triangle: NDArray[np.intp]) -> Array:
         """Of the references above the planes of triangles."""
@@ -269,7 +273,7 @@ class EllipsoidEmitter(AreaEmitter):
         world = self._matrix @ d
         stretch = _norm(world)
         lit = np.where(outside, self._lit_outside, self._lit_inside)
-        pdf = self._local_pdf(squared, outside, on, cosine) * stretch**3 / self._volume
+        pdf = self._local_pdf(squared, outside, on, cosine) * _cube(stretch) / self._volume
         return self._sample(world / stretch, np.maximum(t, 0) * stretch, np.where(lit, pdf, 1), lit)
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
@@ -279,7 +283,7 @@ class EllipsoidEmitter(AreaEmitter):
         squeeze = _norm(d)
         cosine = -_dot(o, d) / squeeze
         density = self._local_pdf(_dot(o, o), outside, on, cosine)
-        world: Array = density / (squeeze**3 * self._volume)
+        world: Array = density / (_cube(squeeze) * self._volume)
         return world
 
     def _local(self, reference: Points) -> tuple[Array, Mask, Mask]:

@@ -17,11 +17,11 @@ from reference_tracer import sampling
 Array = NDArray[np.float64]
 
 
-def near_quad(edge_u: Array, edge_v: Array) -> NearQuad:
-    """The quad whose edges are (u, 0) and (v, w)."""
-    if abs(edge_v[0]) <= 1e-12 * abs(edge_v[1]):
-        return Rectangle(edge_u[0], edge_v[1])
-    return Parallelogram(edge_u, edge_v)
+def near_quad(u: float, v: float, v_across: float) -> NearQuad:
+    """The quad whose edges are (u, 0) and (v, v_across)."""
+    if abs(v) <= 1e-12 * v_across:
+        return Rectangle(u, v_across)
+    return Parallelogram(u, v, v_across)
 
 
 class NearQuad(ABC):
@@ -60,8 +60,9 @@ class Rectangle(NearQuad):
 class Parallelogram(NearQuad):
     """By two spherical triangles (Arvo 1995), of which one is chosen by its share."""
 
-    edge_u: Array
-    edge_v: Array
+    u: float
+    v: float
+    v_across: float
 
     def solid_angle(self, reference: Array) -> Array:
         """As the base class says."""
@@ -86,7 +87,7 @@ class Parallelogram(NearQuad):
         """Unit directions to the four corners, counterclockwise; the plane lies at +|h|."""
         corners = []
         for s, t in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)):
-            corner = np.abs(reference)  # for its height
-            corner[:2] = (s * self.edge_u + t * self.edge_v)[:, None] - reference[:2]
+            corner = np.abs(reference)
+            corner[0], corner[1] = s * self.u + t * self.v - reference[0], t * self.v_across - reference[1]
             corners.append(corner / np.sqrt(np.einsum("in,in->n", corner, corner)))
         return corners

@@ -149,7 +149,7 @@ class RandomWalk:
         return self.emitters.Le(vertex, -d) * weight
 
     def _next_event(self, vertex: Points, wo: Array, u: Array) -> tuple[Indices, Array]:
-        """f · cos · Li / pdf of a direction to an emitter, where nothing is between; the lanes of which that is true."""
+        """The lanes that see what they have chosen of an emitter, and f · cos · Li / pdf there."""
         light = self.emitters.sample(vertex, u)
         f = self.bsdf.f(vertex, light.wi, wo)
         # only pairs that see each other's front are worth a shadow ray

@@ -263,7 +263,7 @@ def faulty_jacobian(self: EllipsoidEmitter, reference: Points, points: Points, w
 
 
 def faulty_branch(self: FlatEmitter, offset: np.ndarray, lit: np.ndarray) -> tuple:
-    return np.empty(0, dtype=int), np.empty((3, 0)), np.empty(0)
+    return np.empty(0, dtype=int), offset[:, :0], np.empty(0)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from reference_tracer.samplers import Block
 from reference_tracer.sensing import Film, camera_rays, sensor_dimensions
 from scenes import IrradianceMeter, Orthographic, Pinhole, RadianceMeter, Sensor, ThinLens
 
-EYE = dict(origin=(1.0, 2.0, 3.0), target=(0.0, 0.5, -1.0), up=(0.0, 1.0, 0.2), width=9, height=6)
+EYE = {"origin": (1.0, 2.0, 3.0), "target": (0.0, 0.5, -1.0), "up": (0.0, 1.0, 0.2), "width": 9, "height": 6}
 PINHOLE = Pinhole(fov=50.0, **EYE)  # type: ignore[arg-type]
 LENS = ThinLens(fov=50.0, aperture_radius=0.3, focus_distance=4.0, **EYE)  # type: ignore[arg-type]
 ORTHOGRAPHIC = Orthographic(extent=3.0, **EYE)  # type: ignore[arg-type]
