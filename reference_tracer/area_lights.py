@@ -32,7 +32,8 @@ LOOKS_LARGE = 0.5
 
 What it buys, measured for a square: there one sample of the irradiance from the front has the relative standard
 deviation 0.02 instead of 0.10, from a slant of 70° 0.17 instead of 0.76; at 16 it is 0.24 to 0.40 instead of
-1.2 to 3.6. It costs about as much again as the choice by area, so a small lamp far away does without.
+1.2 to 3.6. A direction costs fourteen times as much as one by area, of a parallelogram twice that, so that a
+small lamp far away does without.
 """
 
 SMALL_ANGLE = 1e-3
@@ -135,7 +136,7 @@ class FlatEmitter(AreaEmitter):
         offset = reference.x - self._center
         height = np.abs(self._axes[2] @ offset)
         lit = height > 0
-        pdf = lit * _distance(reference, points) ** 3 / (self.area * height + ~lit)
+        pdf: Array = lit * _cube(_distance(reference, points)) / (self.area * height + ~lit)
         lanes, _, angle = self._by_solid_angle(offset, lit)
         pdf[lanes] = 1 / angle
         return pdf
@@ -174,6 +175,10 @@ def _norm(a: Array) -> Array:
     return length
 
 
+def _cube(a: Array) -> Array:
+    return a * a * a  # a power takes five times as long
+
+
 def _distance(reference: Points, points: Points) -> Array:
     return _norm(points.x - reference.x)
 
@@ -202,13 +207,13 @@ class MeshEmitter(AreaEmitter):
         height = self._height(reference, triangle)
         primitive = self.primitive + triangle
         lit = self._seen(height) & (reference.primitive != primitive)
-        pdf = distance**3 / (self.area * np.where(lit, np.abs(height), 1))
+        pdf = _cube(distance) / (self.area * np.where(lit, np.abs(height), 1))
         return self._sample(segment / distance, distance, pdf, lit, primitive)
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
         """As the base class says."""
         height = np.abs(self._height(reference, points.primitive - self.primitive))
-        density: Array = _distance(reference, points) ** 3 / (self.area * np.where(height > 0, height, 1))
+        density: Array = _cube(_distance(reference, points)) / (self.area * np.where(height > 0, height, 1))
         return density
 
     def _height(self, reference: Points, triangle: NDArray[np.intp]) -> Array:
@@ -268,7 +273,7 @@ class EllipsoidEmitter(AreaEmitter):
         world = self._matrix @ d
         stretch = _norm(world)
         lit = np.where(outside, self._lit_outside, self._lit_inside)
-        pdf = self._local_pdf(squared, outside, on, cosine) * stretch**3 / self._volume
+        pdf = self._local_pdf(squared, outside, on, cosine) * _cube(stretch) / self._volume
         return self._sample(world / stretch, np.maximum(t, 0) * stretch, np.where(lit, pdf, 1), lit)
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
@@ -278,7 +283,7 @@ class EllipsoidEmitter(AreaEmitter):
         squeeze = _norm(d)
         cosine = -_dot(o, d) / squeeze
         density = self._local_pdf(_dot(o, o), outside, on, cosine)
-        world: Array = density / (squeeze**3 * self._volume)
+        world: Array = density / (_cube(squeeze) * self._volume)
         return world
 
     def _local(self, reference: Points) -> tuple[Array, Mask, Mask]:

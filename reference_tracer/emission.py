@@ -40,6 +40,8 @@ class Emitters:
     Attributes:
         dimensions: random numbers that a sample takes: 2, one more for a choice among several emitters; 0 if
             there is nothing to choose from.
+        emits: whether a ray finds light on a surface, ``(surfaces + 1,)``; the last one, NOWHERE, is the
+            environment.
 
     Raises:
         NegativeRadianceError: a spherical-harmonics environment is negative somewhere.

@@ -206,7 +206,6 @@ class LatitudeLongitudeMap(_Tabulated):
         x, y, z = self._axes @ d
         theta, phi = np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)
         row, v = _whole_and_part(theta / np.pi * self._rows + 0.5)
-        row = np.minimum(row, self._rows)
         left, u = _whole_and_part(phi / (2 * np.pi) * self._columns - 0.5)
         left, right = left % self._columns, (left + 1) % self._columns
         image = self._image

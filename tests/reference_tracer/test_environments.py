@@ -148,9 +148,24 @@ def test_negative_radiance_is_an_error_with_its_direction(axes: tuple) -> None:
     assert "expected none below 0" in str(caught.value)
 
 
-def test_radiance_that_touches_zero_is_none() -> None:
+def test_radiance_that_touches_zero_is_no_error() -> None:
+    """1 + z, and with a millionth more z: that is one."""
     edge = ((np.sqrt(3.0),), (0.0,), (1.0,), (0.0,))
     assert emitters_of(SphericalHarmonicsEnvironment(edge)).dimensions == 2
+    with pytest.raises(NegativeRadianceError):
+        emitters_of(SphericalHarmonicsEnvironment((*edge[:2], (1.000001,), edge[3])))
+
+
+def test_where_harmonics_are_zero_at_the_corners_of_cells_there_is_some_density() -> None:
+    """z² = 1/3 + 2/3 P₂(z), on the equator."""
+    c = np.zeros((9, 1))
+    c[0], c[6] = np.sqrt(4 * np.pi) / 3, 2 / 3 * np.sqrt(4 * np.pi / 5)
+    light = SphericalHarmonicsEnvironment(tuple(map(tuple, c.tolist())))
+    d = np.array([[1.0, 0.6, 0.0], [0.0, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(radiance(light, d), [[0, 0, 1]], atol=1e-12)
+    pdf = emitters_of(light).pdf(nowhere(3), nowhere(3), d)
+    assert pdf.min() == pytest.approx(environments.LEAST / (4 * np.pi), rel=0.01)
+    assert pdf[2] == pytest.approx(3 / (4 * np.pi), rel=0.01)
 
 
 # ---- sampling
