@@ -39,6 +39,8 @@ BSDFS: dict[str, BSDF] = {
     "metal 0.15": metal(0.15),
     "metal 0.4": metal(0.4),
     "metal 1": metal(1.0),
+    "separable metal 0.5": RoughConductorBSDF([RoughConductor(*GOLD, 0.5, "separable")], 3),
+    "separable glass 0.5": RoughDielectricBSDF([RoughDielectric(0.5, shadowing="separable")], 3),
     "glass 0.15": glass(0.15),
     "glass 0.4": glass(0.4),
     "glass 1": glass(1.0, 2.4),
@@ -48,7 +50,7 @@ BSDFS: dict[str, BSDF] = {
 }
 INDEX = {"bubble 0.3": 1 / 1.33, "glass 1": 2.4}
 """Interior over exterior index of refraction, where it isn't 1.5."""
-TWO_SIDED = ("glass 0.15", "glass 0.4", "glass 1", "bubble 0.3", "milk glass")
+TWO_SIDED = ("separable glass 0.5", "glass 0.15", "glass 0.4", "glass 1", "bubble 0.3", "milk glass")
 COSINES = (0.95, 0.5, 0.1, -0.95, -0.5, -0.1)
 SEEN = [(name, c) for name in BSDFS for c in COSINES if c > 0 or name in TWO_SIDED]
 

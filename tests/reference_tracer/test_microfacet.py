@@ -70,13 +70,15 @@ def test_masking_and_shadowing() -> None:
     rng = np.random.default_rng(1)
     cos_i, cos_o, alpha = 1 - rng.random((3, 1000)) * 0.999
     G1i, G1o = microfacet.G1(cos_i, alpha), microfacet.G1(cos_o, alpha)
-    G2 = microfacet.G2(cos_i, cos_o, alpha)
+    correlated = np.zeros(len(alpha), dtype=bool)
+    G2 = microfacet.G2(cos_i, cos_o, alpha, correlated)
     lambdas = [(np.sqrt(1 + (alpha * np.tan(np.arccos(c))) ** 2) - 1) / 2 for c in (cos_i, cos_o)]
     np.testing.assert_allclose(G2, 1 / (1 + sum(lambdas)), rtol=1e-9)
     np.testing.assert_allclose(G1o, 1 / (1 + lambdas[1]), rtol=1e-9)
     assert (G2 / (G1i * G1o) > 1 - 1e-12).all()
     assert (G2 / np.minimum(G1i, G1o) < 1 + 1e-12).all()
-    np.testing.assert_allclose(microfacet.G2(np.ones(1000), cos_o, alpha), G1o, rtol=1e-12)
+    np.testing.assert_allclose(microfacet.G2(np.ones(1000), cos_o, alpha, correlated), G1o, rtol=1e-12)
+    np.testing.assert_allclose(microfacet.G2(cos_i, cos_o, alpha, ~correlated), G1i * G1o, rtol=1e-12)
 
 
 @pytest.mark.parametrize("alpha", [0.05, 0.3, 1.0])

@@ -128,14 +128,6 @@ def test_through_a_pane_and_out_again() -> None:
     np.testing.assert_allclose(first.weight, 1 / 2.25, rtol=1e-14)
 
 
-def test_matched_glass_is_not_there() -> None:
-    rng = np.random.default_rng(6)
-    bsdf, wo = DielectricBSDF([Dielectric(1.3, 1.3)], 1), unit(rng, COUNT)
-    sample = bsdf.sample(points(unit(rng, COUNT)), wo, rng.random((3, COUNT)))
-    np.testing.assert_allclose(sample.wi, -wo, atol=1e-14)
-    np.testing.assert_array_equal(sample.weight, 1)
-
-
 @pytest.mark.parametrize("bsdf", ALL)
 def test_shading_normals(bsdf: BSDF) -> None:
     """Directions are those about ns; one on another side of n than it should be carries nothing."""

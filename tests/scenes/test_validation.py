@@ -248,6 +248,8 @@ BAD += [
     bad(RICH, f"{TEXTURE}.albedo.image", "pixels", [[["0.1", 0.2]]], 0, 0, 0),
     bad(RICH, GLASS, "interior_ior", 0.0),
     bad(RICH, GLASS, "exterior_ior", NAN),
+    bad(RICH, GLASS, "interior_ior", 1.0),  # that of the exterior
+    bad(RICH, ROUGH, "shadowing", "smith"),
     bad(RICH, MIRROR, "reflectance", [0.5, 0.5, 1.1], 2),
     bad(RICH, MIRROR, "reflectance", 1.0),
     bad(RICH, METAL, "eta", [0.5, 0.0, 0.5], 1),
