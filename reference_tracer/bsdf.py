@@ -19,7 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -64,7 +64,7 @@ class Coordinates:
         local /= np.sqrt((local * local).sum(axis=0))
         n = self._inverse[i] @ local
         n /= np.sqrt((n * n).sum(axis=0))
-        return center + rows.T @ local, -n if shape.inward else n  # type: ignore[union-attr]
+        return center + rows.T @ local, -n if shape.inward else n
 
     def _local(self, x: Array, primitive: Indices) -> Array:
         """Coordinates in the frames of the primitives, ``(3, n)``."""

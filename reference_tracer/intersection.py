@@ -42,7 +42,7 @@ def frames(centers: Array, axes: Array) -> tuple[Array, Array]:
     Returns:
         ``(3, shapes, 3)`` and ``(3, shapes, 1)``: the same local axis of all shapes lies together.
     """
-    rows = np.linalg.inv(axes.transpose(0, 2, 1))
+    rows = np.linalg.inv(axes.transpose(0, 2, 1)).astype(np.float64, copy=False)
     offsets = -np.einsum("sij,sj->si", rows, centers)
     return rows.transpose(1, 0, 2).copy(), offsets.T[:, :, None].copy()
 

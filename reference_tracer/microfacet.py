@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from reference_tracer import fresnel, sampling
 from reference_tracer.bsdf import TINY, BSDFSample, cosine, dot, front, table, unit
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from reference_tracer.specular import on_right_side, reflected, refracted
 from scenes import RoughConductor, RoughDielectric
 

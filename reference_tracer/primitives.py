@@ -34,7 +34,9 @@ class Primitives:
         self.first = np.cumsum([0, *counts])[:-1]
         self.center = np.concatenate([np.zeros((0, 3)), *(center for center, _ in parts)])
         self.axes = np.concatenate([np.zeros((0, 3, 3)), *(axes for _, axes in parts)])
-        self.kind = np.array([type(surfaces[s].shape) for s in self.surface], dtype=object)
+        self.kind: NDArray[np.object_] = np.repeat(
+            np.array([type(s.shape) for s in surfaces], dtype=np.object_), counts
+        )
         self.round = (self.kind == Sphere) | (self.kind == Ellipsoid)
         self.normal = np.where(self.round[:, None], 0.0, self.axes[:, 2])
 

@@ -78,7 +78,8 @@ class RayCaster:
         if not self._occluders:
             return np.ones(len(origin), dtype=bool)
         t, primitive = _nearest(self._occluders, origin, d)
-        return (t >= distance) | ((primitive == target) & (target != NOWHERE))
+        visible: NDArray[np.bool_] = (t >= distance) | ((primitive == target) & (target != NOWHERE))
+        return visible
 
 
 def _nearest(shapes: list[Shapes], origin: Points, d: Array) -> tuple[Array, Indices]:
@@ -145,4 +146,4 @@ def _occluders(primitives: Primitives, scene: Scene) -> Indices:
         side = (points - primitives.center[i]) @ primitives.normal[i]
         return bool(side.min() < -tolerance and side.max() > tolerance)
 
-    return np.array([i for i in everything if occludes(i)], dtype=np.intp)
+    return np.array([i for i in everything.tolist() if occludes(i)], dtype=np.intp)

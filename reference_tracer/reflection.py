@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from reference_tracer import sampling
 from reference_tracer.bsdf import BSDF, TINY, BSDFSample, cosine, dot, front, table
 from reference_tracer.microfacet import RoughConductorBSDF, RoughDielectricBSDF
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from reference_tracer.specular import ConductorBSDF, DielectricBSDF, MirrorBSDF
 from reference_tracer.textures import Albedo
 from scenes import (

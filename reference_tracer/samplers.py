@@ -56,7 +56,7 @@ def independent(width: int, height: int, spp: int, seed: int, dimensions: int) -
         rng = sampling.stream(seed, number)
         rows, columns = np.divmod(np.tile(np.arange(start, end), samples), width)
         position = np.stack([columns, rows]) + rng.random((2, len(rows)))
-        yield Block(position, lambda d, lanes, rng=rng: rng.random((d, len(lanes))))  # type: ignore[misc]
+        yield Block(position, lambda d, lanes, rng=rng: rng.random((d, len(lanes))))
 
 
 def _parts(pixels: int, spp: int) -> Iterator[tuple[int, int, int]]:

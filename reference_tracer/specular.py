@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from reference_tracer import fresnel
 from reference_tracer.bsdf import TINY, BSDFSample, cosine, dot, front, table
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from scenes import Conductor, Dielectric, Mirror
 
 Array = NDArray[np.float64]

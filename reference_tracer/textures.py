@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer.bsdf import table
-from reference_tracer.propagation import Points
+from reference_tracer.points import Points
 from scenes import Checkerboard, ImageTexture, Texture
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ import pytest
 
 from reference_tracer.area_lights import AreaEmitter, EllipsoidEmitter, FlatEmitter
 from reference_tracer.emission import Emitters
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from scenes import (
     AreaLight,
     Disk,

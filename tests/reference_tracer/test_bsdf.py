@@ -14,7 +14,7 @@ import pytest
 
 from reference_tracer.bsdf import BSDF
 from reference_tracer.microfacet import RoughConductorBSDF, RoughDielectricBSDF
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from reference_tracer.reflection import BlendBSDF, LambertianBSDF
 from scenes import Blend, Conductor, Dielectric, Lambertian, Mirror, RoughConductor, RoughDielectric
 

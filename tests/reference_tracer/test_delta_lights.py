@@ -7,7 +7,7 @@ import pytest
 
 from reference_tracer.delta_lights import DeltaEmitter, delta_lights
 from reference_tracer.emission import Emitters
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from scenes import DeltaLight, DirectionalLight, Pinhole, PointLight, Scene, SpotLight
 
 CAMERA = Pinhole((0.0, 0.0, 9.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 40.0, 4, 4)

@@ -9,7 +9,7 @@ import pytest
 
 from reference_tracer import environments, spherical_harmonics
 from reference_tracer.emission import Emitters, NegativeRadianceError
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from scenes import (
     ConstantEnvironment,
     Environment,

@@ -14,7 +14,7 @@ import pytest
 
 from reference_tracer import area_lights
 from reference_tracer.emission import Emitters
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from scenes import (
     AreaLight,
     Disk,

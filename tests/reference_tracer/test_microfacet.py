@@ -12,7 +12,7 @@ import pytest
 
 from reference_tracer import fresnel, microfacet
 from reference_tracer.microfacet import RoughConductorBSDF, RoughDielectricBSDF
-from reference_tracer.propagation import Points
+from reference_tracer.points import Points
 from reference_tracer.specular import DielectricBSDF
 from scenes import Dielectric, RoughConductor, RoughDielectric
 

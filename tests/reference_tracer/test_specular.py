@@ -8,7 +8,7 @@ from scipy import stats
 
 from reference_tracer import fresnel
 from reference_tracer.bsdf import BSDF
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from reference_tracer.specular import ConductorBSDF, DielectricBSDF, MirrorBSDF
 from scenes import Conductor, Dielectric, Mirror
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reference_tracer.propagation import Points
+from reference_tracer.points import Points
 from reference_tracer.reflection import LambertianBSDF
 from reference_tracer.textures import Albedo, evaluator
 from scenes import Checkerboard, Image, ImageTexture, Lambertian
