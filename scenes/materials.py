@@ -17,7 +17,12 @@ from scenes.validation import SceneError, instance, number, path, per_channel, p
 
 
 class Checkerboard(
-    msgspec.Struct, frozen=True, tag_field="type", tag="checkerboard", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="checkerboard",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """Two values in turn over squares of texture coordinates (u, v).
 
@@ -45,7 +50,9 @@ class Checkerboard(
         return len(self.even)
 
 
-class ImageTexture(msgspec.Struct, frozen=True, tag_field="type", tag="image", forbid_unknown_fields=True):
+class ImageTexture(
+    msgspec.Struct, frozen=True, tag_field="type", tag="image", forbid_unknown_fields=True, omit_defaults=True
+):
     """An image over texture coordinates: its top left corner is (0, 1), its bottom right one (1, 0).
 
     Attributes:
@@ -77,7 +84,14 @@ Texture = Checkerboard | ImageTexture
 Shadowing = Literal["correlated", "separable"]
 
 
-class Lambertian(msgspec.Struct, frozen=True, tag_field="type", tag="lambertian", forbid_unknown_fields=True):
+class Lambertian(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="lambertian",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """Reflects the same radiance into every direction: f_r = albedo / π (Lambert 1760).
 
     Attributes:
@@ -101,7 +115,14 @@ class Lambertian(msgspec.Struct, frozen=True, tag_field="type", tag="lambertian"
         return isinstance(self.albedo, Texture)
 
 
-class Mirror(msgspec.Struct, frozen=True, tag_field="type", tag="mirror", forbid_unknown_fields=True):
+class Mirror(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="mirror",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """Reflects into the mirrored direction alone, at any angle the same share.
 
     Attributes:
@@ -119,7 +140,14 @@ class Mirror(msgspec.Struct, frozen=True, tag_field="type", tag="mirror", forbid
         return len(self.reflectance)
 
 
-class Dielectric(msgspec.Struct, frozen=True, tag_field="type", tag="dielectric", forbid_unknown_fields=True):
+class Dielectric(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="dielectric",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """A smooth boundary between two clear media; reflects and refracts by Fresnel's equations.
 
     The front of the surface looks into the exterior. Radiance scales by (η / η′)² where it is refracted.
@@ -139,7 +167,14 @@ class Dielectric(msgspec.Struct, frozen=True, tag_field="type", tag="dielectric"
     channels = None
 
 
-class Conductor(msgspec.Struct, frozen=True, tag_field="type", tag="conductor", forbid_unknown_fields=True):
+class Conductor(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="conductor",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """A smooth metal; reflects by Fresnel's equations with the complex index η + ik relative to the outside.
 
     Attributes:
@@ -160,7 +195,12 @@ class Conductor(msgspec.Struct, frozen=True, tag_field="type", tag="conductor", 
 
 
 class RoughConductor(
-    msgspec.Struct, frozen=True, tag_field="type", tag="rough_conductor", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="rough_conductor",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """A rough metal: GGX microfacets, single scattering (Walter et al. 2007).
 
@@ -186,7 +226,12 @@ class RoughConductor(
 
 
 class RoughDielectric(
-    msgspec.Struct, frozen=True, tag_field="type", tag="rough_dielectric", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="rough_dielectric",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """A rough boundary between two clear media: GGX microfacets, single scattering (Walter et al. 2007).
 
@@ -208,7 +253,9 @@ class RoughDielectric(
     channels = None
 
 
-class Blend(msgspec.Struct, frozen=True, tag_field="type", tag="blend", forbid_unknown_fields=True):
+class Blend(
+    msgspec.Struct, frozen=True, tag_field="type", tag="blend", forbid_unknown_fields=True, omit_defaults=True
+):
     """A mixture: (1 − weight) · first + weight · second.
 
     Attributes:
