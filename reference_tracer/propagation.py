@@ -135,12 +135,13 @@ def _occluders(primitives: Primitives, scene: Scene) -> Indices:
     if any(not isinstance(light, PointLight | SpotLight) for light in scene.lights):
         return everything  # some segments end infinitely far
     lights = [light.position for light in scene.lights if isinstance(light, PointLight | SpotLight)]
-    points = np.concatenate([primitives.corners().reshape(-1, 3), np.array(lights).reshape(-1, 3)])
+    corners = primitives.corners()
+    points = np.unique(np.concatenate([*corners, np.array(lights).reshape(-1, 3)]), axis=0)
     tolerance = 1e-12 * np.abs(points).max(initial=0)
 
     def occludes(i: int) -> bool:
         if primitives.round[i]:
-            others = np.delete(points, slice(8 * i, 8 * i + 8), axis=0)  # its own corners lie outside
+            others = np.concatenate([*np.delete(corners, i, axis=0), np.array(lights).reshape(-1, 3)])
             local = (others - primitives.center[i]) @ np.linalg.inv(primitives.axes[i])
             return bool(((local**2).sum(axis=1) > 1 + 1e-12).any())
         side = (points - primitives.center[i]) @ primitives.normal[i]
