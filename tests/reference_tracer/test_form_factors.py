@@ -18,7 +18,7 @@ from reference_tracer.form_factors import (
     separation,
 )
 from reference_tracer.propagation import RayCaster
-from reference_tracer.separable_kernel import Aligned, SeparableBlock, Transforms, exponents
+from reference_tracer.separable_kernel import Aligned, PerpendicularBlock, Transforms, exponents
 from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Surface
 
 # unit squares (Howell, A catalog of radiation heat transfer configuration factors, C-11 and C-14)
@@ -56,7 +56,7 @@ def test_closed_forms_of_unit_squares() -> None:
     a, b = (Aligned.of(p, np.eye(3), 1.0) for p in (floor, wall))
     assert a is not None
     assert b is not None
-    near = SeparableBlock(a, b, Transforms(exponents(1e-5, 2.0)))(ones)[0]
+    near = PerpendicularBlock(a, b, Transforms(exponents(1e-5, 2.0)))(ones)[0]
     assert near @ floor.weights == pytest.approx(PERPENDICULAR, abs=1e-9)
     n = np.tile(floor.normal[:, None], len(floor))
     assert point_to_polygon(floor.nodes, n, wall.corners) @ floor.weights == pytest.approx(

@@ -18,7 +18,7 @@ ALBEDO = (0.8, 0.3)
 
 def alone() -> Scene:
     quad = Quad((0.0, 0.0, 0.0), (1.0, 0.2, 0.1), (-0.3, 1.0, 0.6))
-    camera = Pinhole((0.2, -0.4, 3.0), (0.3, 0.6, 0.3), (0.0, 1.0, 0.0), 40.0, 4, 4)
+    camera = Pinhole((0.2, -0.4, 3.0), (0.3, 0.6, 0.35), (0.0, 1.0, 0.0), 5.0, 4, 4)
     return Scene((Surface("tile", quad, Lambertian(ALBEDO), AreaLight((1.0, 1.0))),), camera)
 
 

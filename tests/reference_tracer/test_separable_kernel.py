@@ -12,7 +12,8 @@ from reference_tracer.form_factors import kernel, point_to_polygon
 from reference_tracer.separable_kernel import (
     STEP,
     Aligned,
-    SeparableBlock,
+    ParallelBlock,
+    PerpendicularBlock,
     Transforms,
     exponents,
     gauss_transform,
@@ -21,12 +22,15 @@ from scenes import Quad
 
 GRADED = graded(7, 5, True, False).placed(-0.3, 1.3)
 FLOOR = Quad((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.8, 0.0))
+Block = ParallelBlock | PerpendicularBlock
 WALLS = {
     "touching": Quad((0.0, 0.0, 0.0), (0.0, 0.8, 0.0), (0.0, 0.0, 1.0)),
     "touching, edges exchanged and turned": Quad((0.0, 0.8, 0.0), (0.0, 0.0, 1.0), (0.0, -0.8, 0.0)),
     "touching, shifted along the edge": Quad((0.0, 0.3, 0.0), (0.0, 0.9, 0.0), (0.0, 0.0, 0.4)),
     "the other side": Quad((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.8, 0.0)),
     "along x": Quad((1.0, 0.8, 0.5), (-1.0, 0.0, 0.0), (0.0, 0.0, -0.5)),
+    "above": Quad((0.2, 0.9, 0.6), (0.0, -1.0, 0.0), (-0.4, 0.0, 0.0)),
+    "just above": Quad((0.1, 0.1, 0.01), (0.0, 0.8, 0.0), (0.7, 0.0, 0.0)),
     "not touching": Quad((-0.2, 1.0, 0.1), (0.0, 0.5, 0.0), (0.0, 0.0, 0.4)),
 }
 
@@ -54,13 +58,14 @@ def test_gauss_transform_of_constants_and_lines_against_erf() -> None:
     np.testing.assert_allclose(found, np.abs(first[:, beside]), atol=1e-13)
 
 
-def block(receiver: Quad, source: Quad) -> tuple[Patches, Patches, SeparableBlock]:
+def block(receiver: Quad, source: Quad) -> tuple[Patches, Patches, Block]:
     meshes = graded(6, 3, True, True), graded(5, 4, True, False)
     a, b = Patches.of(receiver, meshes), Patches.of(source, meshes)
     aligned = Aligned.of(a, np.eye(3), 1.0), Aligned.of(b, np.eye(3), 1.0)
     assert aligned[0] is not None
     assert aligned[1] is not None
-    return a, b, SeparableBlock(aligned[0], aligned[1], Transforms(exponents(1e-5, 4.0)))
+    kind = ParallelBlock if aligned[0].axes[2] == aligned[1].axes[2] else PerpendicularBlock
+    return a, b, kind(aligned[0], aligned[1], Transforms(exponents(1e-5, 4.0)))
 
 
 @pytest.mark.parametrize("turned", [False, True], ids=["floor from wall", "wall from floor"])
@@ -74,8 +79,9 @@ def test_constants_against_lambert(name: str, turned: bool) -> None:
     np.testing.assert_allclose(found, [expected, 3 * expected], atol=1e-11)
 
 
-def test_a_polynomial_against_adaptive_quadrature() -> None:
-    a, b, operator = block(FLOOR, WALLS["touching, edges exchanged and turned"])
+@pytest.mark.parametrize("name", ["touching, edges exchanged and turned", "above"])
+def test_a_polynomial_against_adaptive_quadrature(name: str) -> None:
+    a, b, operator = block(FLOOR, WALLS[name])
     s, t = b.coordinates(b.nodes)
     found = operator((s**3 * t**2)[None])[0]
     for i in (3, len(a) // 2, len(a) - 7):
