@@ -21,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Literal
 
 import numpy as np
@@ -119,21 +119,14 @@ class FormFactors:
         """Rectangles in as few frames as there are: those of a room share one, those of a turned block another."""
         unit = diameter(self.surfaces)
         frames: list[Array] = []
-        self._aligned: list[tuple[int, Aligned] | None] = []
-        nearest = 1.0
-        for patches in self.surfaces:
-            u, n = patches.edges[0] / np.linalg.norm(patches.edges[0]), patches.normal
-            own = np.stack([u, np.cross(n, u), n], axis=1)
-            for k, frame in enumerate([*frames, own]):
-                if aligned := Aligned.of(patches, frame, unit):
-                    frames += [own] if k == len(frames) else []
-                    nearest = min(nearest, *(mesh.nodes[0] - mesh.breaks[0] for mesh in aligned.meshes))
-                    nearest = min(nearest, *(mesh.breaks[-1] - mesh.nodes[-1] for mesh in aligned.meshes))
-                    self._aligned.append((k, aligned))
-                    break
-            else:
-                self._aligned.append(None)
-        self._transforms = Transforms(exponents(nearest, farthest=1.0))
+        self._aligned = [_in_a_frame(patches, frames, unit) for patches in self.surfaces]
+        found = [each for each in self._aligned if each]
+        # how near a node of one comes to another one: across a shared edge, or from plane to plane
+        near = [1.0, *(aligned.margin for _, aligned in found)]
+        for (k, a), (l, b) in combinations(found, 2):  # noqa: E741
+            if k == l and a.axes[2] == b.axes[2] and a.level != b.level:
+                near.append(abs(a.level - b.level))
+        self._transforms = Transforms(exponents(min(near), farthest=1.0))
 
     def _shortcut(self, i: int, j: int) -> Callable[[], Block] | None:
         """What makes the operator from surface j to surface i, unless that is adaptive quadrature."""
@@ -151,6 +144,17 @@ class FormFactors:
     def _by_quadrature(self, i: int, j: int) -> Block:
         visible = (self._cast, i, j) if self._sight.hidden(i, j) else None
         return DenseBlock(AdaptiveQuadrature(self.surfaces[i], self.surfaces[j], visible).matrix)
+
+
+def _in_a_frame(patches: Patches, frames: list[Array], unit: float) -> tuple[int, Aligned] | None:
+    """The first frame that a quad fits into, or its own one, which is then added; None if it is no rectangle."""
+    u, n = patches.edges[0] / np.linalg.norm(patches.edges[0]), patches.normal
+    own = np.stack([u, np.cross(n, u), n], axis=1)
+    for k, frame in enumerate([*frames, own]):
+        if aligned := Aligned.of(patches, frame, unit):
+            frames[k:] = frames[k:] or [own]
+            return k, aligned
+    return None
 
 
 @dataclass(frozen=True)

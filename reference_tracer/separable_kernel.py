@@ -4,9 +4,9 @@
 
 r² = Σ (y_d − x_d)² over the three axes d, so e^{−τ r²} is a product of three factors, and each cosine depends on
 one axis. The trapezoidal rule in a with step δ is in error by no more than 2 |Γ(2 + 2πi/δ)|, relative, at any r:
-6·10⁻¹¹ for δ = 1/3 (Beylkin and Monzón 2005, On approximation of functions by exponential sums, sec. 4; Trefethen
-and Weideman 2014). What is left are integrals of one variable, Gaussian times polynomial, without any singularity
-other than the width of the Gaussian: shared edges need no special treatment.
+6·10⁻¹¹ for δ = 1/3 (Beylkin and Monzón 2010, Approximation by exponential sums revisited; Trefethen and Weideman
+2014, The exponentially convergent trapezoidal rule). What is left are integrals of one variable, Gaussian times
+polynomial, without any singularity other than the width of the Gaussian: shared edges need no special treatment.
 """
 
 from __future__ import annotations
@@ -21,10 +21,15 @@ from reference_tracer.bases import Mesh, Patches, gauss, lagrange
 Array = NDArray[np.float64]
 
 STEP = 1 / 3
-CUT = 6.0  # widths of a Gaussian: beyond them it is below 3e-16
+
+CUT = 6.0
+"""Widths of a Gaussian beyond which it is nothing: below 3e-16."""
+
+FAINTEST = -14.0
+"""ln τ r² below which no τ is needed: those add up to e^{−28} of 1/r⁴."""
+
 RULES = ((0.0, 0.05, 8), (0.05, 1.0, 12), (1.0, 4.0, 20), (4.0, np.inf, 36))
 """More than so many widths of the Gaussian, up to so many, so many nodes."""
-FAINTEST = -14.0  # ln τ r²: the terms below add up to e^{-28} of 1/r⁴
 
 
 def exponents(nearest: float, farthest: float) -> Array:
@@ -111,6 +116,12 @@ class Aligned:
         flips = tuple(int(i) - 2 for i in np.flatnonzero(lengths < 0))
         level = float(np.round(corner[normal], 14))
         return cls(level, (int(axes[0]), int(axes[1]), normal), (meshes[0], meshes[1]), flips)
+
+    @property
+    def margin(self) -> float:
+        """The smallest distance of a node from an edge."""
+        ends = [(m.nodes[0] - m.breaks[0], m.breaks[-1] - m.nodes[-1]) for m in self.meshes]
+        return float(np.min(ends))
 
     def mesh(self, axis: int) -> Mesh:
         """The mesh along an axis that is not the normal's."""

@@ -122,12 +122,12 @@ def test_finer_is_better(solved: Solution) -> None:
 
 
 def test_the_walk_finds_the_same(solved: Solution, expect_means: Callable[..., None]) -> None:
-    """Quarters of the image, every bounce; next to the lamp's edge and the walls' corners too."""
+    """Quarters of the image, every bounce and channel."""
     scene = empty_box().resized(8, 8)
     image = quarters(seen_through(solved, scene))
     found = np.array([quarters(render(scene, 6, 640, seed)) for seed in range(24)])
-    for k in range(1, 7):
-        expect_means(found[:, k], image[k], resolution=0.06)
+    for k, channel in np.ndindex(6, 3):
+        expect_means(found[:, k + 1, ..., channel], image[k + 1, ..., channel], resolution=0.05)
 
 
 def quarters(image: np.ndarray) -> np.ndarray:
@@ -226,6 +226,19 @@ def test_pairs_are_proved_to_see_each_other() -> None:
         assert sight.see(i, j) == see, (a, b)
     convex = Sight(meshed(empty_box(), 1, 0))
     assert not any(convex.hidden(i, j) for i in range(9) for j in range(9) if i != j)
+
+
+def test_plates_at_a_hair_s_breadth() -> None:
+    """Closer than any node is to an edge: in the middle each plate sees the other one alone."""
+    low = Quad((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    high = Quad((0.0, 0.0, 1e-4), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+    scene = Scene((Surface("low", low, GRAY), Surface("high", high, GRAY, AreaLight((1.0,)))), CAMERA)
+    found = solve(scene, 1, order=3, levels=0)
+    x = found.surfaces[0].nodes
+    expected = 0.5 * point_to_polygon(
+        x, np.tile([[0.0], [0.0], [1.0]], x.shape[1]), found.surfaces[1].corners
+    )
+    np.testing.assert_allclose(found.terms[1, 0, found.F.slices[0]], expected, rtol=1e-9)
 
 
 def test_patches_shrink_where_surfaces_meet_and_only_there() -> None:

@@ -11,7 +11,7 @@ from reference_tracer.spherical_harmonics import evaluate
 from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Surface
 from scenes.library.cornell_box import empty_box
 
-# A_l of Ramamoorthi and Hanrahan 2001, eq. 8: irradiance is Σ A_l c_lm y_lm(n)
+# A_l of Ramamoorthi and Hanrahan 2001: irradiance is Σ A_l c_lm y_lm(n)
 A = np.array([np.pi, 2 * np.pi / 3, np.pi / 4, 0.0, -np.pi / 24, 0.0])
 ALBEDO = (0.8, 0.3)
 
