@@ -121,13 +121,17 @@ def test_finer_is_better(solved: Solution) -> None:
 # ---- the walk
 
 
-def test_the_walk_finds_the_same(solved: Solution, expect_means: Callable[..., None]) -> None:
+def test_the_walk_finds_the_same(
+    solved: Solution, expect_means: Callable[..., None], off: type[Exception]
+) -> None:
     """Quarters of the image, every bounce and channel."""
     scene = empty_box().resized(8, 8)
     image = quarters(seen_through(solved, scene))
-    found = np.array([quarters(render(scene, 6, 640, seed)) for seed in range(24)])
+    found = np.array([quarters(render(scene, 6, 768, seed)) for seed in range(24)])
     for k, channel in np.ndindex(6, 3):
         expect_means(found[:, k + 1, ..., channel], image[k + 1, ..., channel], resolution=0.05)
+    with pytest.raises(off):  # the fault that this resolves
+        expect_means(found[:, 2, ..., 0], 1.1 * image[2, ..., 0], resolution=0.05)
 
 
 def quarters(image: np.ndarray) -> np.ndarray:
