@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from reference_tracer.finite_elements import FormFactors, SingularTransportError, Solution, solve
-from reference_tracer.form_factors import AdaptiveQuadrature, DenseBlock, point_to_polygon
+from reference_tracer.form_factors import DenseBlock, point_to_polygon
 from reference_tracer.meshing import Sight, UnsupportedSceneError, meshed
 from reference_tracer.random_walk import render
 from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Surface, box
@@ -121,6 +121,10 @@ def test_finer_is_better(solved: Solution) -> None:
 # ---- the walk
 
 
+RESOLUTION = (0.012, 0.04, 0.05, 0.075, 0.075, 0.12)
+"""Of bounces 1 to 6: the light that is left after six, in blue, has been carried by few walks."""
+
+
 def test_the_walk_finds_the_same(
     solved: Solution, expect_means: Callable[..., None], off: type[Exception]
 ) -> None:
@@ -129,7 +133,7 @@ def test_the_walk_finds_the_same(
     image = quarters(seen_through(solved, scene))
     found = np.array([quarters(render(scene, 6, 768, seed)) for seed in range(24)])
     for k, channel in np.ndindex(6, 3):
-        expect_means(found[:, k + 1, ..., channel], image[k + 1, ..., channel], resolution=0.05)
+        expect_means(found[:, k + 1, ..., channel], image[k + 1, ..., channel], RESOLUTION[k])
     with pytest.raises(off):  # the fault that this resolves
         expect_means(found[:, 2, ..., 0], 1.1 * image[2, ..., 0], resolution=0.05)
 
@@ -311,6 +315,5 @@ def test_a_planted_fault_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three parts in 10⁴ too much from adaptive quadrature: the furnace of the sheared room shows it."""
     scene = furnace(((1.0, 0.0, 0.0), (0.3, 1.0, 0.0), (0.1, 0.2, 1.0)))
     monkeypatch.setattr(DenseBlock, "__call__", lambda self, values: 1.0003 * values @ self.matrix.T)
-    assert AdaptiveQuadrature is not None
     with pytest.raises(AssertionError):
         np.testing.assert_allclose(solve(scene, 1, order=3, levels=1).terms[1], 0.5, rtol=1e-4)
