@@ -54,7 +54,7 @@ def point_to_polygon(x: Array, nx: Array, corners: Array) -> Array:
         F = 1/2π Σ_i γ_i n·(r_i × r_{i+1}) / |r_i × r_{i+1}|
 
     with r_i from the point to corner i, and γ_i the angle between r_i and r_{i+1} (Lambert 1760, Photometria; as
-    in Baum, Rushmeier and Winget 1989, Improving radiosity solutions, SIGGRAPH 23(3), eq. 8). The sign is that of
+    in Baum, Rushmeier and Winget 1989, Improving radiosity solutions, SIGGRAPH 23(3)). The sign is that of
     a front: the corners run counterclockwise about the polygon's normal.
 
     Args:

@@ -133,6 +133,10 @@ class Sight:
         levels = np.einsum("ni,ni->n", normals, np.stack([patches.corner for patches in surfaces]))
         height = np.einsum("ki,nic->knc", normals, corners) - levels[:, None, None]
         self._above, self._below = (height > near).any(axis=2), (height < -near).any(axis=2)
+        edges = np.concatenate([patches.edges for patches in surfaces])
+        directions = np.concatenate([normals, edges / np.linalg.norm(edges, axis=1)[:, None]])
+        extents = np.einsum("di,nic->dnc", directions, corners)
+        self._low, self._high = extents.min(axis=2) + near, extents.max(axis=2) - near  # (directions, n)
 
     def see(self, i: int, j: int) -> bool:
         """Whether some of i is in front of j and the other way round."""
@@ -145,10 +149,13 @@ class Sight:
     def hidden(self, i: int, j: int) -> bool:
         """Whether some third surface may stand between them.
 
-        It can't if it is behind one of the two, or has both on one of its sides.
+        It can't if it is behind one of the two, or if it lies beside both along a normal or an edge of any surface.
         """
         behind = ~self._above[i] | ~self._above[j]
-        beside = ~(self._above[:, i] | self._above[:, j]) | ~(self._below[:, i] | self._below[:, j])
+        low, high = (
+            f(a[:, i], a[:, j])[:, None] for f, a in ((np.minimum, self._low), (np.maximum, self._high))
+        )
+        beside = ((self._high <= low) | (self._low >= high)).any(axis=0)
         between = ~(behind | beside)
         between[[i, j]] = False
         return bool(between.any())

@@ -5,7 +5,7 @@ Distant radiance is Σ_lm c_lm y_lm(ω). Each y_lm lights the scene by itself, a
     TE(x) = Σ_lm c_lm M_lm(x),     M_lm(x) = ρ/π ∫ y_lm(ω) V(x, ω) cos θ dω,     TᵏE = Σ_lm c_lm (Tᵏ⁻¹ M_lm)(x)
 
 with V = 1 where the ray from x along ω leaves the scene. The vectors Tᵏ⁻¹M(x) are computed once; any light is then
-a scalar product (Sloan, Kautz and Snyder 2002, Precomputed radiance transfer, SIGGRAPH, sec. 4 and 5). Surfaces are
+a scalar product (Sloan, Kautz and Snyder 2002, Precomputed radiance transfer, SIGGRAPH). Surfaces are
 taken as not emitting, and the bare sky is not in the images: both are E, and known without any transport.
 """
 

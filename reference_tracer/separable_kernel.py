@@ -4,9 +4,9 @@
 
 r² = Σ (y_d − x_d)² over the three axes d, so e^{−τ r²} is a product of three factors, and each cosine depends on
 one axis. The trapezoidal rule in a with step δ is in error by no more than 2 |Γ(2 + 2πi/δ)|, relative, at any r:
-6·10⁻¹¹ for δ = 1/3 (Beylkin and Monzón 2005, On approximation of functions by exponential sums, sec. 4; Trefethen
-and Weideman 2014). What is left are integrals of one variable, Gaussian times polynomial, without any singularity
-other than the width of the Gaussian: shared edges need no special treatment.
+6·10⁻¹¹ for δ = 1/3 (Beylkin and Monzón 2010, Approximation by exponential sums revisited; Trefethen and Weideman
+2014, The exponentially convergent trapezoidal rule). What is left are integrals of one variable, Gaussian times
+polynomial, without any singularity other than the width of the Gaussian: shared edges need no special treatment.
 """
 
 from __future__ import annotations
@@ -21,10 +21,15 @@ from reference_tracer.bases import Mesh, Patches, gauss, lagrange
 Array = NDArray[np.float64]
 
 STEP = 1 / 3
-CUT = 6.0  # widths of a Gaussian: beyond them it is below 3e-16
+
+CUT = 6.0
+"""Widths of a Gaussian beyond which it is nothing: below 3e-16."""
+
+FAINTEST = -14.0
+"""ln τ r² below which no τ is needed: those add up to e^{−28} of 1/r⁴."""
+
 RULES = ((0.0, 0.05, 8), (0.05, 1.0, 12), (1.0, 4.0, 20), (4.0, np.inf, 36))
 """More than so many widths of the Gaussian, up to so many, so many nodes."""
-FAINTEST = -14.0  # ln τ r²: the terms below add up to e^{-28} of 1/r⁴
 
 
 def exponents(nearest: float, farthest: float) -> Array:
@@ -112,33 +117,56 @@ class Aligned:
         level = float(np.round(corner[normal], 14))
         return cls(level, (int(axes[0]), int(axes[1]), normal), (meshes[0], meshes[1]), flips)
 
+    @property
+    def margin(self) -> float:
+        """The smallest distance of a node from an edge."""
+        ends = [(m.nodes[0] - m.breaks[0], m.breaks[-1] - m.nodes[-1]) for m in self.meshes]
+        return float(np.min(ends))
+
     def mesh(self, axis: int) -> Mesh:
         """The mesh along an axis that is not the normal's."""
         return self.meshes[self.axes.index(axis)]
 
-    def reordered(self, values: Array, first: int) -> Array:
-        """Nodal values ``(…, s, t)`` ascending in the frame, the axis ``first`` before the other one."""
-        flipped = np.flip(values, self.flips)
-        return flipped if self.axes[0] == first else flipped.swapaxes(-1, -2)
+    def ascending(self, values: Array, first: int) -> Array:
+        """Nodal values ``(fields, nodes)`` ascending in the frame, ``(fields, axis first, the other axis)``."""
+        flipped = np.flip(values.reshape(-1, len(self.meshes[0]), len(self.meshes[1])), self.flips)
+        return flipped if self.axes[0] == first else flipped.swapaxes(1, 2)
+
+    def nodal(self, ascending: Array, first: int) -> Array:
+        """The inverse of ``ascending``."""
+        ordered = ascending if self.axes[0] == first else ascending.swapaxes(1, 2)
+        return np.flip(ordered, self.flips).reshape(len(ascending), -1)
 
 
 class Transforms:
     """Gauss transforms between meshes, each computed once: in a box many surfaces share theirs."""
 
     def __init__(self, exponent: Array) -> None:
-        self.exponent = exponent
+        self._exponent = exponent
         self._known: dict[tuple[bytes, bytes, bytes, int], Array] = {}
+
+    def exponents(self, nearest: float) -> Array:
+        """The first of the τ, as many as give 1/r⁴ from r = nearest on."""
+        return np.asarray(
+            np.exp(self._exponent[self._exponent <= np.log(CUT**2) - 2 * np.log(nearest) + STEP])
+        )
 
     def __call__(self, x: Array, mesh: Mesh, power: int) -> Array:
         """``gauss_transform`` over the whole grid of exponents."""
         key = (x.tobytes(), mesh.breaks.tobytes(), mesh.orders.tobytes(), power)
         if key not in self._known:
-            self._known[key] = gauss_transform(x, mesh, self.exponent, power)
+            self._known[key] = gauss_transform(x, mesh, self._exponent, power)
         return self._known[key]
 
 
-class SeparableBlock:
-    """The operator ∫ K(x, y) f(y) dA_y from one rectangle to a perpendicular one, both wholly in front of the other.
+def _gap(receiver: Aligned, source: Aligned, axis: int) -> float:
+    """The distance between two meshes along an axis."""
+    a, b = receiver.mesh(axis).breaks, source.mesh(axis).breaks
+    return float(max(b[0] - a[-1], a[0] - b[-1], 0.0))
+
+
+class PerpendicularBlock:
+    """The operator ∫ K(x, y) f(y) dA_y between rectangles at a right angle, each wholly in front of the other.
 
     With o the axis of both, p that of the receiver's position across it and q the source's:
 
@@ -148,26 +176,42 @@ class SeparableBlock:
     """
 
     def __init__(self, receiver: Aligned, source: Aligned, transforms: Transforms) -> None:
-        self.receiver, self.source = receiver, source
-        self.p, self.q = source.axes[2], receiver.axes[2]
-        self.o = 3 - self.p - self.q
-        x, y = receiver.mesh(self.p).nodes - source.level, source.mesh(self.q)
-        along, across = receiver.mesh(self.o).nodes, source.mesh(self.o)
-        gap = max(across.breaks[0] - along[-1], along[0] - across.breaks[-1], 0.0)
-        nearest = np.hypot(np.abs(x).min(), gap)
-        exponent = transforms.exponent
-        m = int(np.searchsorted(exponent, np.log(CUT**2) - 2 * np.log(nearest))) + 1
-        tau = np.exp(exponent[:m])
-        self._out = np.abs(x)[:, None] * np.exp(-np.outer(x**2, tau)) * (STEP / np.pi * tau**2)
-        self._in = transforms(np.array([receiver.level]), y, 1)[:m, 0].T
-        self._along = transforms(along, across, 0)[:m]
+        self._receiver, self._source = receiver, source
+        p, q = source.axes[2], receiver.axes[2]
+        self._o = o = 3 - p - q
+        x = np.abs(receiver.mesh(p).nodes - source.level)
+        tau = transforms.exponents(float(np.hypot(x.min(), _gap(receiver, source, o))))
+        self._across = x[:, None] * np.exp(-np.outer(x**2, tau)) * (STEP / np.pi * tau**2)
+        self._in = transforms(np.array([receiver.level]), source.mesh(q), 1)[: len(tau), 0].T
+        self._along = transforms(receiver.mesh(o).nodes, source.mesh(o), 0)[: len(tau)]
 
     def __call__(self, values: Array) -> Array:
         """Nodal values ``(fields, nodes of the source)`` → ``(fields, nodes of the receiver)``."""
-        fields = len(values)
-        f = values.reshape(fields, len(self.source.meshes[0]), len(self.source.meshes[1]))
-        f = self.source.reordered(f, self.o) @ self._in  # (fields, o, m)
+        f = self._source.ascending(values, self._o) @ self._in  # (fields, o, m)
         g = self._along @ np.ascontiguousarray(f.transpose(2, 1, 0))  # (m, o, fields)
-        out = np.tensordot(g, self._out, axes=(0, 1)).transpose(1, 0, 2)  # (fields, o, p)
-        ordered = out if self.receiver.axes[0] == self.o else out.swapaxes(1, 2)
-        return np.flip(ordered, self.receiver.flips).reshape(fields, -1)
+        return self._receiver.nodal(np.tensordot(g, self._across, axes=(0, 1)).transpose(1, 0, 2), self._o)
+
+
+class ParallelBlock:
+    """The same between rectangles in parallel planes that face each other at the distance h:
+
+    (Kf)(x) = h² Σ_m w_m e^{−τh²} ∫ e^{−τ(x_o − y_o)²} ∫ e^{−τ(x_p − y_p)²} f(y) dy_p dy_o
+    """
+
+    def __init__(self, receiver: Aligned, source: Aligned, transforms: Transforms) -> None:
+        self._receiver, self._source = receiver, source
+        self._o, p = sorted(receiver.axes[:2])
+        h = abs(receiver.level - source.level)
+        tau = transforms.exponents(h)
+        self._weights = h**2 * np.exp(-tau * h**2) * (STEP / np.pi * tau**2)
+        self._factors = [
+            transforms(receiver.mesh(axis).nodes, source.mesh(axis), 0)[: len(tau)] for axis in (self._o, p)
+        ]
+
+    def __call__(self, values: Array) -> Array:
+        """Nodal values ``(fields, nodes of the source)`` → ``(fields, nodes of the receiver)``."""
+        f = self._source.ascending(values, self._o)
+        terms = zip(self._weights, *self._factors, strict=True)
+        return self._receiver.nodal(
+            sum(w * (along_o @ f @ along_p.T) for w, along_o, along_p in terms), self._o
+        )
