@@ -29,12 +29,12 @@ import scipy.sparse
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from reference_tracer import haar, pixel_averages
-from reference_tracer.bases import Patches
-from reference_tracer.form_factors import AdaptiveQuadrature, DenseBlock, FarBlock, far_orders, of_patches
-from reference_tracer.meshing import Sight, Splits, check, diameter, meshed
+from reference_tracer.elements import haar, pixel_averages
+from reference_tracer.elements.bases import Patches
+from reference_tracer.elements.form_factors import AdaptiveQuadrature, DenseBlock, FarBlock, far_orders, of_patches
+from reference_tracer.elements.meshing import Sight, Splits, check, diameter, meshed
 from reference_tracer.propagation import RayCaster
-from reference_tracer.separable_kernel import (
+from reference_tracer.elements.separable_kernel import (
     Aligned,
     ParallelBlock,
     PerpendicularBlock,

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer import pixel_averages, sampling, spherical_harmonics
-from reference_tracer.bases import Patches, uniform
+from reference_tracer.elements import pixel_averages
+from reference_tracer import sampling, spherical_harmonics
+from reference_tracer.elements.bases import Patches, uniform
 from reference_tracer.finite_elements import WITHOUT_STRUCTURE, FormFactors, nodal_albedo
-from reference_tracer.meshing import Splits, check, meshed
+from reference_tracer.elements.meshing import Splits, check, meshed
 from reference_tracer.propagation import NOWHERE, Points, RayCaster
 from scenes import Scene
 

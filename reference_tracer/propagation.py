@@ -12,10 +12,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer import parallelepipeds
-from reference_tracer.coordinates import Coordinates
-from reference_tracer.hierarchy import LEAF, Hierarchy
-from reference_tracer.intersection import (
+from reference_tracer.shapes import parallelepipeds
+from reference_tracer.shapes.coordinates import Coordinates
+from reference_tracer.shapes.hierarchy import LEAF, Hierarchy
+from reference_tracer.shapes.intersection import (
     Boxes,
     Ellipsoids,
     Flats,
@@ -24,7 +24,7 @@ from reference_tracer.intersection import (
     triangle_excess,
 )
 from reference_tracer.points import NOWHERE, Points
-from reference_tracer.primitives import Primitives
+from reference_tracer.shapes.primitives import Primitives
 from scenes import Disk, Mesh, PointLight, Quad, Scene, SpotLight
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from reference_tracer.finite_elements import FormFactors, SingularTransportError, Solution, solve
-from reference_tracer.form_factors import DenseBlock, point_to_polygon
-from reference_tracer.meshing import Sight, UnsupportedSceneError, meshed
+from reference_tracer.elements.form_factors import DenseBlock, point_to_polygon
+from reference_tracer.elements.meshing import Sight, UnsupportedSceneError, meshed
 from reference_tracer.random_walk import render
 from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Surface, box
 from scenes.library import case
