@@ -31,9 +31,22 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from reference_tracer.elements import haar, pixel_averages
 from reference_tracer.elements.bases import Patches
-from reference_tracer.elements.form_factors import AdaptiveQuadrature, DenseBlock, FarBlock, far_orders, of_patches
-from reference_tracer.elements.meshing import Sight, Splits, check, diameter, meshed
-from reference_tracer.propagation import RayCaster
+from reference_tracer.elements.form_factors import (
+    AdaptiveQuadrature,
+    DenseBlock,
+    FarBlock,
+    far_orders,
+    of_patches,
+)
+from reference_tracer.elements.meshing import (
+    Sight,
+    Splits,
+    UnsupportedSceneError,
+    check,
+    diameter,
+    meshed,
+    pinhole,
+)
 from reference_tracer.elements.separable_kernel import (
     Aligned,
     ParallelBlock,
@@ -41,7 +54,8 @@ from reference_tracer.elements.separable_kernel import (
     Transforms,
     exponents,
 )
-from scenes import Scene
+from reference_tracer.propagation import RayCaster
+from scenes import Lambertian, Scene
 
 Array = NDArray[np.float64]
 Basis = Literal["legendre", "constant", "haar"]
@@ -252,11 +266,11 @@ class Solution:
             ``(…, height, width, channels)``; by default ``(bounces + 1, height, width, channels)``.
         """
         field = self.terms if field is None else field
-        return pixel_averages.image(self._pixel_weights, field, self.scene.sensor)
+        return pixel_averages.image(self._pixel_weights, field, pinhole(self.scene))
 
     @cached_property
     def _pixel_weights(self) -> scipy.sparse.csr_array:
-        return pixel_averages.weights(self.scene.sensor, self.surfaces)
+        return pixel_averages.weights(pinhole(self.scene), self.surfaces)
 
     def refined(self, times: int = 1) -> Solution:
         """The same in a finer basis: each time one level, and for legendre one order more."""
@@ -294,7 +308,8 @@ def _ratio(difference: Array, size: Array) -> Array:
 def nodal_albedo(scene: Scene, surfaces: list[Patches]) -> Array:
     """At every node, ``(channels, nodes)``."""
     counts = [len(patches) for patches in surfaces]
-    return np.repeat(np.array([s.material.albedo for s in scene.surfaces]), counts, axis=0).T
+    albedos = [s.material.albedo for s in scene.surfaces if isinstance(s.material, Lambertian)]
+    return np.repeat(np.array(albedos), counts, axis=0).T
 
 
 def solve(
@@ -323,6 +338,9 @@ def solve(
         ValueError: an argument that can't be.
     """
     check(scene)
+    if scene.lights:
+        found = type(scene.lights[0]).__name__
+        raise UnsupportedSceneError(f"the scene has a {found}, expected surfaces that emit (see precompute)")
     if basis not in DEFAULTS:
         raise ValueError(f"basis = {basis!r}: expected one of {', '.join(DEFAULTS)}")
     if bounces < 0:

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer import sampling
-from reference_tracer.emitters.delta_lights import delta_lights
 from reference_tracer.emission import Emitters
+from reference_tracer.emitters.delta_lights import delta_lights
 from reference_tracer.points import NOWHERE, Points
 from reference_tracer.propagation import RayCaster
 from reference_tracer.reflection import bsdf_of

@@ -16,12 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer.elements import pixel_averages
 from reference_tracer import sampling, spherical_harmonics
+from reference_tracer.elements import pixel_averages
 from reference_tracer.elements.bases import Patches, uniform
+from reference_tracer.elements.meshing import Splits, check, meshed, pinhole
 from reference_tracer.finite_elements import WITHOUT_STRUCTURE, FormFactors, nodal_albedo
-from reference_tracer.elements.meshing import Splits, check, meshed
-from reference_tracer.propagation import NOWHERE, Points, RayCaster
+from reference_tracer.points import NOWHERE, Points
+from reference_tracer.propagation import RayCaster
 from scenes import Scene
 
 Array = NDArray[np.float64]
@@ -66,8 +67,8 @@ class Transfer:
 
     def image(self, light: Array) -> Array:
         """Averages over the sensor's pixels, ``(bounces + 1, height, width, channels)``; the sky itself is black."""
-        weights = pixel_averages.weights(self.scene.sensor, self.F.surfaces)
-        return pixel_averages.image(weights, self.terms(light), self.scene.sensor)
+        weights = pixel_averages.weights(pinhole(self.scene), self.F.surfaces)
+        return pixel_averages.image(weights, self.terms(light), pinhole(self.scene))
 
 
 def precompute(

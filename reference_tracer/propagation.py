@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_tracer.points import NOWHERE, Points
 from reference_tracer.shapes import parallelepipeds
 from reference_tracer.shapes.coordinates import Coordinates
 from reference_tracer.shapes.hierarchy import LEAF, Hierarchy
@@ -23,7 +24,6 @@ from reference_tracer.shapes.intersection import (
     quad_excess,
     triangle_excess,
 )
-from reference_tracer.points import NOWHERE, Points
 from reference_tracer.shapes.primitives import Primitives
 from scenes import Disk, Mesh, PointLight, Quad, Scene, SpotLight
 

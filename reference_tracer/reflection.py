@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from reference_tracer import sampling
 from reference_tracer.bsdfs.bsdf import BSDF, TINY, BSDFSample, cosine, dot, front, table
 from reference_tracer.bsdfs.microfacet import RoughConductorBSDF, RoughDielectricBSDF
-from reference_tracer.points import NOWHERE, Points
 from reference_tracer.bsdfs.specular import ConductorBSDF, DielectricBSDF, MirrorBSDF
 from reference_tracer.bsdfs.textures import Albedo
+from reference_tracer.points import NOWHERE, Points
 from scenes import (
     Blend,
     Conductor,

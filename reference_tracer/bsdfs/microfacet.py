@@ -22,11 +22,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer.bsdfs import fresnel
 from reference_tracer import sampling
+from reference_tracer.bsdfs import fresnel
 from reference_tracer.bsdfs.bsdf import TINY, BSDFSample, cosine, dot, front, table, unit
-from reference_tracer.points import NOWHERE, Points
 from reference_tracer.bsdfs.specular import on_right_side, reflected, refracted
+from reference_tracer.points import NOWHERE, Points
 from scenes import RoughConductor, RoughDielectric
 
 Array = NDArray[np.float64]

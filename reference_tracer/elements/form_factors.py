@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer.elements.bases import Mesh, Patches, uniform
-from reference_tracer.propagation import Points, RayCaster
+from reference_tracer.points import Points
+from reference_tracer.propagation import RayCaster
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer.elements.bases import Mesh, Patches, graded, uniform
-from scenes import AreaLight, Lambertian, Quad, Scene, Surface
+from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Surface
 
 Array = NDArray[np.float64]
 
@@ -43,6 +43,22 @@ def check(scene: Scene) -> None:
             raise _unsupported(surface, "material.albedo", material.albedo, "one number per channel")
         if emission is not None and not isinstance(emission, AreaLight):
             raise _unsupported(surface, "emission", emission, "an AreaLight or None")
+        if surface.two_sided:
+            raise UnsupportedSceneError(f"surface {surface.name!r} is two-sided, expected one side")
+
+
+def pinhole(scene: Scene) -> Pinhole:
+    """The sensor of a scene, whose pixels can be averaged.
+
+    Raises:
+        UnsupportedSceneError: it is another one.
+    """
+    if not isinstance(scene.sensor, Pinhole):
+        found = type(scene.sensor).__name__
+        raise UnsupportedSceneError(
+            f"the sensor is a {found}, expected a Pinhole; ask for radiance at points"
+        )
+    return scene.sensor
 
 
 def _unsupported(surface: Surface, field: str, found: object, expected: str) -> UnsupportedSceneError:

@@ -8,6 +8,7 @@ from pathlib import Path
 from textwrap import dedent
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -71,7 +72,10 @@ def test_sessions(page: Path) -> None:
     sessions = [fence[2] for fence in FENCE.finditer(page.read_text()) if fence[1] == "pycon"]
     test = doctest.DocTestParser().get_doctest("\n".join(sessions), {}, page.name, str(page), 0)
     messages: list[str] = []
-    results = doctest.DocTestRunner(verbose=False).run(test, out=messages.append)
+    with np.printoptions(
+        legacy=False
+    ):  # other packages, once loaded, may have changed how arrays are written
+        results = doctest.DocTestRunner(verbose=False).run(test, out=messages.append)
     assert not results.failed, "".join(messages)
     if page.name == "equation.md":
         assert results.attempted > 40

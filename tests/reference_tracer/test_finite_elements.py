@@ -9,9 +9,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from reference_tracer.finite_elements import FormFactors, SingularTransportError, Solution, solve
 from reference_tracer.elements.form_factors import DenseBlock, point_to_polygon
 from reference_tracer.elements.meshing import Sight, UnsupportedSceneError, meshed
+from reference_tracer.finite_elements import FormFactors, SingularTransportError, Solution, solve
 from reference_tracer.random_walk import render
 from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Surface, box
 from scenes.library import case
@@ -131,7 +131,7 @@ def test_the_walk_finds_the_same(
     """Quarters of the image, every bounce and channel."""
     scene = empty_box().resized(8, 8)
     image = quarters(seen_through(solved, scene))
-    found = np.array([quarters(render(scene, 6, 768, seed)) for seed in range(24)])
+    found = np.array([quarters(render(scene, 6, 1024, seed, sampler="sobol")) for seed in range(24)])
     for k, channel in np.ndindex(6, 3):
         expect_means(found[:, k + 1, ..., channel], image[k + 1, ..., channel], RESOLUTION[k])
     with pytest.raises(off):  # the fault that this resolves

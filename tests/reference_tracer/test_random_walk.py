@@ -30,7 +30,7 @@ EXACT: dict[tuple[str, Strategy], tuple[int, float]] = {
     ("furnace-sphere", "bsdf"): (4, 1e-9),
     ("furnace-sphere", "nee"): (4, 1e-9),
     ("furnace-sphere", "mis"): (4, 1e-9),
-    ("integrating-sphere", "bsdf"): (896, 0.07),
+    ("integrating-sphere", "bsdf"): (1280, 0.07),
     ("integrating-sphere", "nee"): (4, 1e-9),
     ("integrating-sphere", "mis"): (256, 0.02),
 }

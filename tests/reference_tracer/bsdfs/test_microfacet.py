@@ -12,8 +12,8 @@ import pytest
 
 from reference_tracer.bsdfs import fresnel, microfacet
 from reference_tracer.bsdfs.microfacet import RoughConductorBSDF, RoughDielectricBSDF
-from reference_tracer.points import Points
 from reference_tracer.bsdfs.specular import DielectricBSDF
+from reference_tracer.points import Points
 from scenes import Dielectric, RoughConductor, RoughDielectric
 
 ALPHAS = [0.001, 0.05, 0.3, 1.0]

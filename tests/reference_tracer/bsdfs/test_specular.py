@@ -8,8 +8,8 @@ from scipy import stats
 
 from reference_tracer.bsdfs import fresnel
 from reference_tracer.bsdfs.bsdf import BSDF
-from reference_tracer.points import NOWHERE, Points
 from reference_tracer.bsdfs.specular import ConductorBSDF, DielectricBSDF, MirrorBSDF
+from reference_tracer.points import NOWHERE, Points
 from scenes import Conductor, Dielectric, Mirror
 
 COUNT = 2000

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reference_tracer.bsdfs.textures import Albedo, evaluator
 from reference_tracer.points import Points
 from reference_tracer.reflection import LambertianBSDF
-from reference_tracer.bsdfs.textures import Albedo, evaluator
 from scenes import Checkerboard, Image, ImageTexture, Lambertian
 
 # two rows of three pixels: one channel counts the pixels in tenths, the other falls along a row

@@ -17,8 +17,8 @@ from reference_tracer.elements.form_factors import (
     point_to_polygon,
     separation,
 )
-from reference_tracer.propagation import RayCaster
 from reference_tracer.elements.separable_kernel import Aligned, PerpendicularBlock, Transforms, exponents
+from reference_tracer.propagation import RayCaster
 from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Surface
 
 # unit squares (Howell, A catalog of radiation heat transfer configuration factors, C-11 and C-14)

@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from reference_tracer.emitters.area_lights import AreaEmitter, EllipsoidEmitter, FlatEmitter
 from reference_tracer.emission import Emitters
+from reference_tracer.emitters.area_lights import AreaEmitter, EllipsoidEmitter, FlatEmitter
 from reference_tracer.points import NOWHERE, Points
 from scenes import (
     AreaLight,

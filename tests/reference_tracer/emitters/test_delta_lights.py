@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reference_tracer.emitters.delta_lights import DeltaEmitter, delta_lights
 from reference_tracer.emission import Emitters
+from reference_tracer.emitters.delta_lights import DeltaEmitter, delta_lights
 from reference_tracer.points import NOWHERE, Points
 from scenes import DeltaLight, DirectionalLight, Pinhole, PointLight, Scene, SpotLight
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from reference_tracer.emitters import environments
 from reference_tracer import spherical_harmonics
 from reference_tracer.emission import Emitters, NegativeRadianceError
+from reference_tracer.emitters import environments
 from reference_tracer.points import NOWHERE, Points
 from scenes import (
     ConstantEnvironment,

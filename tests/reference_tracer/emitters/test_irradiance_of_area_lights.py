@@ -12,8 +12,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from reference_tracer.emitters import area_lights
 from reference_tracer.emission import Emitters
+from reference_tracer.emitters import area_lights
 from reference_tracer.points import NOWHERE, Points
 from scenes import (
     AreaLight,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reference_tracer.shapes.hierarchy import LEAF, Hierarchy
-from reference_tracer.shapes.intersection import Flats, triangle_excess
 from reference_tracer.points import NOWHERE, Points
 from reference_tracer.propagation import RayCaster
+from reference_tracer.shapes.hierarchy import LEAF, Hierarchy
+from reference_tracer.shapes.intersection import Flats, triangle_excess
 from scenes import AreaLight, Lambertian, Mesh, Pinhole, Scene, Surface
 
 CAMERA = Pinhole((0.0, 0.0, 0.1), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0), 40.0, 4, 4)
