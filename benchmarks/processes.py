@@ -1,0 +1,57 @@
+"""Throughput of worker processes: as many renders each, whether one works or several."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor
+from types import TracebackType
+from typing import Self
+
+from benchmarks.sides import ours
+
+_ATTEMPTS = 20
+
+
+class UnevenError(RuntimeError):
+    """One worker took what was meant for another."""
+
+
+class Workers:
+    """Processes that are up and warm. A context manager: leaving it ends them."""
+
+    def __init__(self, count: int, spp: int) -> None:
+        self.count, self._spp = count, spp
+        self._pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
+
+    def seconds(self, seed: int) -> float:
+        """Wall-clock time for one render by each worker.
+
+        Raises:
+            UnevenError: time and again, a worker was so late that another one took its render.
+        """
+        for _ in range(_ATTEMPTS):
+            start = time.perf_counter()
+            tasks = [self._pool.submit(_render, self._spp, self.count * seed + i) for i in range(self.count)]
+            workers = {task.result() for task in tasks}
+            if len(workers) == self.count:
+                return time.perf_counter() - start
+        raise UnevenError(
+            f"{_ATTEMPTS} times, fewer than {self.count} workers took part; expected all: render longer"
+        )
+
+    def __enter__(self) -> Self:
+        self.seconds(0)  # starts them, imports, renders once
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._pool.shutdown(cancel_futures=True)
+
+
+def _render(spp: int, seed: int) -> int:
+    """Render once; which process that was."""
+    ours(spp)(seed)
+    return os.getpid()
