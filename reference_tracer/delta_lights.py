@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer.emitter_sample import EmitterSample
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from scenes import DeltaLight, DirectionalLight, PointLight, Scene, SpotLight
 
 Array = NDArray[np.float64]

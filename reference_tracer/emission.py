@@ -22,7 +22,7 @@ from reference_tracer.area_lights import AreaEmitter, ZoneEmitter, area_lights
 from reference_tracer.delta_lights import DeltaEmitter, delta_lights
 from reference_tracer.emitter_sample import EmitterSample
 from reference_tracer.environments import EnvironmentEmitter, NegativeRadianceError, environment
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from scenes import Disk, Mesh, Quad, Scene, Shape, Sphere
 
 __all__ = ["EmitterSample", "Emitters", "NegativeRadianceError", "bounding_radius"]

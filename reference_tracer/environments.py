@@ -1,12 +1,13 @@
 """Environments: radiance from infinitely far, L(d) along d away from the scene, and its importance sampling.
 
 A constant one is sampled uniformly over the sphere of directions. Any other has a table of cells of latitude
-and longitude, each with one density p ∝ its mean radiance, uniform by solid angle within:
+and longitude. In each of them the density per solid angle is bilinear in z = cos θ and φ between the values w at
+its corners, so that the cell's share of the whole is just
 
-    p(d) = w / Σ w ΔΩ,   ΔΩ = Δφ (cos θ₀ − cos θ₁)
+    ¼ (w₀₀ + w₀₁ + w₁₀ + w₁₁) Δz Δφ / Σ
 
-The weight w of a cell is the mean of its four corners. For the map, whose cells lie between the centres of
-pixels, it is zero only where the bilinear radiance is zero all over the cell.
+For the map the cells lie between the centres of pixels and w is the mean of the channels: the density is zero
+only where the radiance is, and differs from it no more than z from a line in θ.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from reference_tracer import sampling, spherical_harmonics
 from reference_tracer.emitter_sample import EmitterSample
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.points import NOWHERE, Points
 from scenes import ConstantEnvironment, EnvironmentMap, Scene, SphericalHarmonicsEnvironment
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ ROWS, COLUMNS = 128, 256
 """Cells of the table of a spherical-harmonics environment, and of the grid on which its sign is checked."""
 
 LEAST = 0.05
-"""Least weight of such a cell, relative to the mean: radiance may be above zero between zeros at its corners."""
+"""Least value at a corner, relative to the mean: radiance may be above zero between corners where it is zero."""
 
 NEGATIVE = 1e-9
 """How far below zero radiance may come by rounding, relative to its maximum."""
@@ -78,8 +79,8 @@ class EnvironmentEmitter(ABC):
         """Radiance that comes from unit directions d ``(3, n)``: ``(channels, n)``."""
 
     @abstractmethod
-    def square_to_direction(self, u: Array) -> Array:
-        """Directions for u, ``(2, n)``."""
+    def square_to_direction(self, u: Array) -> tuple[Array, Array]:
+        """Directions for u, ``(2, n)``, and their density, ``(n,)``."""
 
     @abstractmethod
     def square_to_direction_pdf(self, d: Array) -> Array:
@@ -87,8 +88,7 @@ class EnvironmentEmitter(ABC):
 
     def sample(self, reference: Points, u: Array) -> EmitterSample:
         """A direction for each reference."""
-        wi, n = self.square_to_direction(u), len(reference)
-        pdf = self.square_to_direction_pdf(wi)
+        (wi, pdf), n = self.square_to_direction(u), len(reference)
         return EmitterSample(wi, np.full(n, np.inf), self.radiance(wi), pdf, False, np.full(n, NOWHERE))
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
@@ -107,9 +107,10 @@ class Constant(EnvironmentEmitter):
         """As the base class says."""
         return np.tile(self._radiance, d.shape[1])
 
-    def square_to_direction(self, u: Array) -> Array:
+    def square_to_direction(self, u: Array) -> tuple[Array, Array]:
         """Uniform over the sphere."""
-        return sampling.square_to_cone(u, 2.0)
+        d = sampling.square_to_cone(u, 2.0)
+        return d, self.square_to_direction_pdf(d)
 
     def square_to_direction_pdf(self, d: Array) -> Array:
         """1 / 4π."""
@@ -117,41 +118,59 @@ class Constant(EnvironmentEmitter):
 
 
 class _Cells:
-    """A density over directions that is constant in each cell of latitude and longitude."""
+    """A density over directions that is bilinear in z and φ in each cell of latitude and longitude."""
 
     def __init__(self, corners: Array, theta: Array, shift: float, least: float = 0.0) -> None:
         """Take values ≥ 0 at the corners, ``(rows + 1, columns)``, at polar angles ``(rows + 1,)``.
 
-        The corner of column j has the longitude (j + shift) Δφ. ``least`` is that of a weight, relative to the mean.
+        The corner of column j has the longitude (j + shift) Δφ. Values below ``least`` times the mean are raised.
         """
-        beside = np.roll(corners, -1, axis=1)
-        weights = (corners[:-1] + corners[1:] + beside[:-1] + beside[1:]) / 4
         self._columns, self._shift, self._z = corners.shape[1], shift, np.cos(theta)
-        solid_angles = -np.diff(self._z)[:, None] * (2 * np.pi / self._columns)
-        self.mean = float((weights * solid_angles).sum() / (4 * np.pi))
-        weights = np.maximum(weights, least * self.mean)
-        flux = (weights * solid_angles).ravel()
-        self._density = np.divide(weights, flux.sum(), out=np.zeros_like(weights), where=weights > 0).ravel()
-        self._ends = np.cumsum(flux) / (flux.sum() or 1)
+        self.mean = float(self._flux(corners).sum()) / (4 * np.pi)
+        flux = self._flux(np.maximum(corners, least * self.mean)).ravel()
+        self._values = np.maximum(corners, least * self.mean) / (flux.sum() or 1)
         self._shares = flux / (flux.sum() or 1)
+        self._ends = np.cumsum(self._shares)
         self._last = np.flatnonzero(flux)[-1] if flux.any() else 0
 
-    def sample(self, u: Array) -> Array:
-        """Local directions: u[0] chooses a cell, and what remains of it the height within."""
+    def _flux(self, corners: Array) -> Array:
+        """The integral over each cell, ``(rows, columns)``."""
+        heights, beside = -np.diff(self._z)[:, None], np.roll(corners, -1, axis=1)
+        mean = (corners[:-1] + corners[1:] + beside[:-1] + beside[1:]) / 4
+        flux: Array = mean * heights * (2 * np.pi / self._columns)
+        return flux
+
+    def sample(self, u: Array) -> tuple[Array, Array]:
+        """Local directions and their density: u[0] chooses a cell, and what remains of it the height within."""
         cell = np.minimum(np.searchsorted(self._ends, u[0], side="right"), self._last)
         rest = np.clip((u[0] - self._ends[cell]) / self._shares[cell] + 1, 0, 1)
         row, column = np.divmod(cell, self._columns)
-        z = np.clip(self._z[row] + rest * (self._z[row + 1] - self._z[row]), -1, 1)
-        return sampling.from_versine(1 - z, (column + self._shift + u[1]) / self._columns)
+        (a, b), (c, d) = self._corners(row, column)
+        t = sampling.unit_to_linear(rest, a + b, c + d)
+        s = sampling.unit_to_linear(u[1], _mix(t, a, c), _mix(t, b, d))
+        density = _mix(t, _mix(s, a, b), _mix(s, c, d))
+        z = np.clip(_mix(t, self._z[row], self._z[row + 1]), -1, 1)
+        direction = sampling.from_versine(1 - z, (column + self._shift + s) / self._columns)
+        return direction, np.where(density > 0, density, 1)  # at a dark corner itself: no light, no NaN
 
     def pdf(self, d: Array) -> Array:
         """Solid angle density, ``(n,)``."""
-        rows = len(self._z) - 1
-        row = np.clip(np.searchsorted(-self._z, -d[2], side="right") - 1, 0, rows - 1)
-        turn = np.arctan2(d[1], d[0]) / (2 * np.pi)
-        column = np.floor(turn * self._columns - self._shift).astype(np.intp) % self._columns
-        density: Array = self._density[row * self._columns + column]
-        return density
+        row = np.clip(np.searchsorted(-self._z, -d[2], side="right") - 1, 0, len(self._z) - 2)
+        t = np.clip((d[2] - self._z[row]) / (self._z[row + 1] - self._z[row]), 0, 1)
+        column, s = _whole_and_part(np.arctan2(d[1], d[0]) / (2 * np.pi) * self._columns - self._shift)
+        (a, b), (c, e) = self._corners(row, column % self._columns)
+        return _mix(t, _mix(s, a, b), _mix(s, c, e))
+
+    def _corners(
+        self, row: NDArray[np.intp], column: NDArray[np.intp]
+    ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        """The values above, left and right, and below."""
+        right, values = (column + 1) % self._columns, self._values
+        return (values[row, column], values[row, right]), (values[row + 1, column], values[row + 1, right])
+
+
+def _mix(t: Array, a: Array, b: Array) -> Array:
+    return (1 - t) * a + t * b
 
 
 class _Tabulated(EnvironmentEmitter):
@@ -161,9 +180,10 @@ class _Tabulated(EnvironmentEmitter):
         self._axes, self._cells = np.array(axes), cells
         super().__init__(cells.mean, radius)
 
-    def square_to_direction(self, u: Array) -> Array:
+    def square_to_direction(self, u: Array) -> tuple[Array, Array]:
         """By the table."""
-        return self._axes.T @ self._cells.sample(u)
+        local, density = self._cells.sample(u)
+        return self._axes.T @ local, density
 
     def square_to_direction_pdf(self, d: Array) -> Array:
         """By the table."""
@@ -190,10 +210,8 @@ class LatitudeLongitudeMap(_Tabulated):
         left, u = _whole_and_part(phi / (2 * np.pi) * self._columns - 0.5)
         left, right = left % self._columns, (left + 1) % self._columns
         image = self._image
-        top = (1 - u) * image[:, row, left] + u * image[:, row, right]
-        bottom = (1 - u) * image[:, row + 1, left] + u * image[:, row + 1, right]
-        radiance: Array = (1 - v) * top + v * bottom
-        return radiance
+        top = _mix(u, image[:, row, left], image[:, row, right])
+        return _mix(v, top, _mix(u, image[:, row + 1, left], image[:, row + 1, right]))
 
 
 def _whole_and_part(x: Array) -> tuple[NDArray[np.intp], Array]:

@@ -25,6 +25,10 @@ NEAR = 1.5
 """A part of a source is cut in four while it is nearer than that many of its half diagonals."""
 DEEPEST = 14
 """How often at most."""
+
+SHADOW_DEEPEST = 3
+"""How often at most for the edge of an occluder."""
+
 BATCH = 400_000
 """Kernel values held at once."""
 
@@ -163,11 +167,11 @@ def of_patches(receiver: Patches, source: Patches) -> Array:
 
 
 class AdaptiveQuadrature:
-    """The matrix for any pair: parts of the source that are near to a node are cut in four.
+    """The matrix for any pair: parts of the source are cut in four while they are near to a node.
 
     With ``visible`` = (ray caster, receiver's index, source's index), every kernel value is multiplied by the
-    visibility of its two ends. Where the edge of a shadow crosses a patch the quadrature sees a jump, and
-    converges like one over the number of its nodes.
+    visibility of its two ends, and parts that the edge of an occluder crosses are cut as well, SHADOW_DEEPEST
+    times at most: what error they leave halves with each time.
 
     Attributes:
         matrix: ``(nodes of the receiver, nodes of the source)``.
@@ -194,42 +198,44 @@ class AdaptiveQuadrature:
         count = max(1, BATCH // self._count**2)
         for depth in range(DEEPEST + 1):
             center = source.points(*(low + size / 2))
-            diagonals = [
-                source.edges[0][:, None] * size[0] + sign * source.edges[1][:, None] * size[1]
-                for sign in (1, -1)
-            ]
-            reach = np.max([np.linalg.norm(d, axis=0) for d in diagonals], axis=0) / 2
-            near = (np.linalg.norm(center - x[:, i], axis=0) < NEAR * reach) & (depth < DEEPEST)
-            far = np.flatnonzero(~near)
+            reach = np.linalg.norm(np.linalg.norm(source.edges, axis=1)[:, None] * size / 2, axis=0)
+            cut = (np.linalg.norm(center - x[:, i], axis=0) < NEAR * reach) & (depth < DEEPEST)
+            far = np.flatnonzero(~cut)
             for part in np.split(far, range(count, len(far), count)):
-                self._add(i[part], low[:, part], size[:, part])
-            if not near.any():
+                cut[part] = self._add(i[part], low[:, part], size[:, part], whole=depth < SHADOW_DEEPEST)
+            if not cut.any():
                 return
-            i, low, size = np.tile(i[near], 4), low[:, near], size[:, near] / 2
+            i, low, size = np.tile(i[cut], 4), low[:, cut], size[:, cut] / 2
             quarters = np.array([[0, 1, 0, 1], [0, 0, 1, 1]])
             low = (low[:, None, :] + quarters[:, :, None] * size[:, None, :]).reshape(2, -1)
             size = np.tile(size, 4)
 
-    def _add(self, i: NDArray[np.intp], low: Array, size: Array) -> None:
-        source = self._source
-        rule = uniform(self._count, 1)
+    def _add(self, i: NDArray[np.intp], low: Array, size: Array, whole: bool) -> NDArray[np.bool_]:
+        """Add what a rule of ``_count``² nodes gives; with ``whole``, leave out and return the parts half hidden."""
+        source, rule = self._source, uniform(self._count, 1)
         u, v = (a.ravel() for a in np.meshgrid(rule.nodes, rule.nodes, indexing="ij"))
         s, t = (low[:, :, None] + size[:, :, None] * np.stack([u, v])[:, None, :]).reshape(2, -1)
-        y, lanes = source.points(s, t), np.repeat(i, len(u))
+        y, lanes, shape = source.points(s, t), np.repeat(i, len(u)), (len(i), len(u))
         x, nx = self._receiver.nodes[:, lanes], self._receiver.normal[:, None]
         value = kernel(x, nx, y, source.normal[:, None])
+        skipped: NDArray[np.bool_] = np.zeros(len(i), dtype=bool)
         if self._visible is not None:
             lit = np.flatnonzero(value)
-            value[lit] *= self._sees(x[:, lit], y[:, lit], *self._visible)
-        weight = np.outer(source.area * size.prod(axis=0), np.outer(rule.weights, rule.weights)).ravel()
+            seen = np.zeros(len(value), dtype=bool)
+            seen[lit] = self._sees(x[:, lit], y[:, lit], *self._visible)
+            hidden = (value > 0) & ~seen
+            skipped = np.any(seen.reshape(shape), axis=1) & np.any(hidden.reshape(shape), axis=1) & whole
+            value *= seen
+        weight = np.outer(source.area * size.prod(axis=0), np.outer(rule.weights, rule.weights))
+        weight *= value.reshape(shape) * ~skipped[:, None]
         indices, basis = source.basis(s, t)
-        shape = (len(i), len(u), source.support)
-        moments = np.einsum("nq,nqk->nk", (value * weight).reshape(shape[:2]), basis.reshape(shape))
-        np.add.at(self.matrix, (i[:, None], indices.reshape(shape)[:, 0]), moments)
+        moments = np.einsum("nq,nqk->nk", weight, basis.reshape(*shape, source.support))
+        indices = indices.reshape(*shape, source.support)[:, 0]
+        np.add.at(self.matrix, (i[:, None], indices), moments)
+        return skipped
 
     def _sees(self, x: Array, y: Array, cast: RayCaster, here: int, there: int) -> NDArray[np.bool_]:
         d = (y - x) / np.linalg.norm(y - x, axis=0)
         n = np.tile(self._receiver.normal[:, None], x.shape[1])
         hit = cast(Points(x, n, np.full(x.shape[1], here)), d)
-        seen: NDArray[np.bool_] = hit.surface == there
-        return seen
+        return np.asarray(hit.surface == there)

@@ -8,6 +8,7 @@ both axes are halved at the same time.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,8 +36,8 @@ def transform(values: Array) -> Array:
     result = values.copy()
     n = values.shape[-1]
     while n > 1:
-        square, n = result[..., :n, :n], n // 2
-        result[..., : 2 * n, : 2 * n] = _along(_along(square, -1), -2)
+        result[..., :n, :n] = _along(_along(result[..., :n, :n], -1), -2)
+        n //= 2
     return result
 
 
@@ -44,9 +45,8 @@ def inverse(coefficients: Array) -> Array:
     """The values that ``transform`` takes to these coefficients."""
     result, n = coefficients.copy(), 1
     while n < coefficients.shape[-1]:
-        square = result[..., : 2 * n, : 2 * n]
-        result[..., : 2 * n, : 2 * n] = _back(_back(square, -2), -1)
         n *= 2
+        result[..., :n, :n] = _back(_back(result[..., :n, :n], -2), -1)
     return result
 
 
@@ -85,11 +85,10 @@ class WaveletFormFactors:
     def __call__(self, values: Array) -> Array:
         """Fields ``(fields, nodes)`` → ``(fields, nodes)``."""
         coefficients = self._each(transform, values * self._root_area)
-        return self._each(inverse, (self.sparse @ coefficients.T).T) / self._root_area
+        return np.asarray(self._each(inverse, (self.sparse @ coefficients.T).T) / self._root_area)
 
-    def _each(self, change: object, values: Array) -> Array:
+    def _each(self, change: Callable[[Array], Array], values: Array) -> Array:
         """Transform the last axis, surface by surface."""
-        assert callable(change)
         result = np.empty_like(values)
         for patches, part in zip(self.surfaces, self.slices, strict=True):
             field = values[..., part].reshape(*values.shape[:-1], *patches.shape)

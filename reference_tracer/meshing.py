@@ -118,8 +118,9 @@ def _contains(quad: Patches, x: Array, near: float) -> NDArray[np.bool_]:
     """Which points lie in a quad, its edges included."""
     s, t = quad.coordinates(x)
     slack_s, slack_t = near / np.linalg.norm(quad.edges, axis=1)
-    inside: NDArray[np.bool_] = np.abs(quad.normal @ (x - quad.corner[:, None])) <= near
-    return inside & (np.abs(s - 0.5) <= 0.5 + slack_s) & (np.abs(t - 0.5) <= 0.5 + slack_t)
+    in_plane = np.abs(quad.normal @ (x - quad.corner[:, None])) <= near
+    inside = (np.abs(s - 0.5) <= 0.5 + slack_s) & (np.abs(t - 0.5) <= 0.5 + slack_t)
+    return np.asarray(in_plane & inside)
 
 
 class Sight:

@@ -54,13 +54,13 @@ class Polygons:
 
     def beyond(self, line: Array) -> Array:
         """Signed distance of the vertices from the line ax + by + c = 0, ``(n, vertices)``."""
-        return self.vertices @ line[:2] + line[2]
+        return np.asarray(self.vertices @ line[:2] + line[2])
 
     def clipped(self, line: Array) -> Polygons:
         """The parts where ax + by + c ≥ 0 (Sutherland and Hodgman 1974); empty ones are left out."""
         distance = self.beyond(line)
-        kept = (distance > SLIVER).any(axis=1)
-        whole = (distance[kept] >= -SLIVER).all(axis=1)
+        kept = np.any(distance > SLIVER, axis=1)
+        whole: NDArray[np.bool_] = np.all(distance[kept] >= -SLIVER, axis=1)
         found, distance = self[kept], distance[kept]
         cut, here = found[~whole], distance[~whole]
         if not len(cut):
@@ -74,9 +74,8 @@ class Polygons:
         count = taken.sum(axis=1)
         order = np.argsort(~taken, axis=1, kind="stable")[:, : count.max()]
         order = np.take_along_axis(order, np.minimum(np.arange(count.max()), count[:, None] - 1), axis=1)
-        return _joined(
-            found[whole], Polygons(np.take_along_axis(candidates, order[..., None], axis=1), cut.pixel)
-        )
+        left = Polygons(np.take_along_axis(candidates, order[..., None], axis=1), cut.pixel)
+        return _joined(found[whole], left)
 
     def split(self, line: Array) -> Polygons:
         """The same area, with no polygon on both sides of a line."""

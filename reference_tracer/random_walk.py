@@ -71,7 +71,8 @@ def render(
     walk, film, done = RandomWalk(scene, strategy), Film(bounces, scene.shape), 0
     for block in BLOCKS[sampler](width, height, spp, seed, walk.dimensions(bounces)):
         film.begin(block)
-        walk(block, bounces, film)
+        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused by the walk itself
+            walk(block, bounces, film)
         done += block.position.shape[1]
         on_block(done / (spp * height * width))
     return film.mean(spp)
@@ -148,7 +149,7 @@ class RandomWalk:
         return self.emitters.Le(vertex, -d) * weight
 
     def _next_event(self, vertex: Points, wo: Array, u: Array) -> tuple[Indices, Array]:
-        """f · cos · Li / pdf of a direction to an emitter where nothing is between, and the lanes where that is so."""
+        """The lanes that see what they have chosen of an emitter, and f · cos · Li / pdf there."""
         light = self.emitters.sample(vertex, u)
         f = self.bsdf.f(vertex, light.wi, wo)
         # only pairs that see each other's front are worth a shadow ray

@@ -15,9 +15,21 @@ from numpy.typing import NDArray
 
 from reference_tracer import sampling
 from reference_tracer.bsdf import BSDF, TINY, BSDFSample, cosine, dot, front, table
+from reference_tracer.microfacet import RoughConductorBSDF, RoughDielectricBSDF
 from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.specular import ConductorBSDF, DielectricBSDF, MirrorBSDF
 from reference_tracer.textures import Albedo
-from scenes import Blend, Lambertian, Material, Scene
+from scenes import (
+    Blend,
+    Conductor,
+    Dielectric,
+    Lambertian,
+    Material,
+    Mirror,
+    RoughConductor,
+    RoughDielectric,
+    Scene,
+)
 
 __all__ = ["BSDF", "BSDFSample", "BlendBSDF", "LambertianBSDF", "PerSurfaceBSDF", "bsdf_of"]
 
@@ -43,7 +55,7 @@ class LambertianBSDF:
 
     def f(self, points: Points, wi: Array, wo: Array) -> Array:
         """albedo / π, ``(channels, n)``, 1/sr."""
-        return self._albedo(points, front(points, wi, wo)) * (1 / np.pi)
+        return self._albedo(points, front(points, wi, wo)) / np.pi
 
     def pdf(self, points: Points, wi: Array, wo: Array) -> Array:
         """Solid angle density cos θi / π, ``(n,)``."""
@@ -55,12 +67,14 @@ class LambertianBSDF:
         A Lambertian x lights that sphere evenly, as it does an integrating sphere. A chord of length l from x to
         it makes cos θi = l / 2. This needs no frame about the normal, and half the time of a lifted disk.
         """
-        radius, phi = 2 * np.sqrt(u[0] * (1 - u[0])), 2 * np.pi * u[1]
-        chord = np.stack([radius * np.cos(phi), radius * np.sin(phi), 1 - 2 * u[0]])
-        chord += points.ns
+        sphere = np.stack([*(2 * np.sqrt(u[0] * (1 - u[0])) * sampling.circle(u[1])), 1 - 2 * u[0]])
+        chord = sphere + points.ns
         length = np.sqrt(dot(chord, chord))
-        wi = chord / np.maximum(length, TINY)
-        surface = front(points, wo, wi)
+        wi = chord / (length + TINY)
+        # every chord is on the side of the shading normal, so without one of its own wo alone decides; one point
+        # of the sphere is x itself, and gives no direction
+        surface = front(points, wo) if points.ns is points.n else front(points, wo, wi)
+        surface = np.where(length > 0, surface, NOWHERE)
         return BSDFSample(wi, self._albedo(points, surface), length * (surface != NOWHERE) * (0.5 / np.pi))
 
     def single_scattering_loss(self, surface: int, cos_theta: Array) -> Array:
@@ -155,6 +169,11 @@ class BlendBSDF:
 
 _BSDFS: dict[type, Callable[[Sequence[Any], int], BSDF]] = {
     Lambertian: LambertianBSDF,
+    Mirror: MirrorBSDF,
+    Dielectric: DielectricBSDF,
+    Conductor: ConductorBSDF,
+    RoughConductor: RoughConductorBSDF,
+    RoughDielectric: RoughDielectricBSDF,
     Blend: BlendBSDF,
 }
 """What evaluates a type of material."""

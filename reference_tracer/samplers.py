@@ -26,7 +26,7 @@ Indices = NDArray[np.intp]
 SamplerName = Literal["independent", "sobol"]
 SAMPLERS: tuple[SamplerName, ...] = get_args(SamplerName)
 
-BLOCK = 4096
+BLOCK = 16384
 """Walks that go together: their arrays stay in the second-level cache; fewer lose to call overhead."""
 
 

@@ -142,7 +142,7 @@ class SeparableBlock:
 
     With o the axis of both, p that of the receiver's position across it and q the source's:
 
-        (Kf)(x) = Σ_m w_m |x_p − y_p| e^{−τ(x_p − y_p)²} ∫ e^{−τ(x_o − y_o)²} ∫ |y_q − x_q| e^{−τ(y_q − x_q)²} f(y) dy_q dy_o
+        (Kf)(x) = Σ_m w_m g(x_p − y_p) ∫ e^{−τ(x_o − y_o)²} ∫ g(y_q − x_q) f(y) dy_q dy_o,   g(z) = |z| e^{−τz²}
 
     where y_p and x_q are constants: the planes that the two lie in.
     """

@@ -112,7 +112,8 @@ def _check_flat(surfaces: Sequence[Surface]) -> None:
     rounding = _ROUNDING * np.abs(corners).max(axis=(1, 2), initial=0)
     # n nᵀ is the same for both sides of a plane
     tensor = np.einsum("ni,nj->nij", normals, normals)[:, *np.triu_indices(3)]
-    pad = (_GAP * size + rounding)[:, None]
+    # widened by the gap, and narrowed by less than the width of an overlap, or all that touch would be candidates
+    pad = (_GAP * size + rounding)[:, None] - 1e-7 * np.ptp(corners, axis=1)
     low = np.concatenate([corners.min(axis=1, initial=np.inf) - pad, tensor - _TILT], axis=1)
     high = np.concatenate([corners.max(axis=1, initial=-np.inf) + pad, tensor + _TILT], axis=1)
     for a, b in meeting_pairs(low, high):

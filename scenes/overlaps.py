@@ -27,14 +27,22 @@ def polygons_overlap(a: Array, b: Array, normal: Array) -> Bools:
     Returns:
         ``(n,)``.
     """
-    origin = a[:, :1]
-    a, b = a - origin, b - origin
-    edges = np.concatenate([np.roll(p, -1, axis=1) - p for p in (a, b)], axis=1)
-    axes = np.cross(normal[:, None], edges)  # (n, 8, 3); zero for the edge that a triangle does not have
-    on_a, on_b = axes @ a.transpose(0, 2, 1), axes @ b.transpose(0, 2, 1)
-    shared = np.minimum(on_a.max(axis=2), on_b.max(axis=2)) - np.maximum(on_a.min(axis=2), on_b.min(axis=2))
-    narrower = np.minimum(np.ptp(on_a, axis=2), np.ptp(on_b, axis=2))
-    overlap: Bools = ((shared > _WIDTH * narrower) | ~axes.any(axis=2)).all(axis=1)
+    # seen along the coordinate that the normal is largest in, which changes no answer: x, y are (4, n)
+    seen = np.argsort(np.abs(normal), axis=1)[:, None, :2]
+    (ax, ay), (bx, by) = (np.take_along_axis(p - a[:, :1], seen, axis=2).T for p in (a, b))
+    overlap = np.ones(len(a), dtype=bool)
+    for side in range(8):
+        left = np.flatnonzero(overlap)  # the first edges separate most pairs
+        axl, ayl, bxl, byl = ax[:, left], ay[:, left], bx[:, left], by[:, left]
+        x, y = (axl, ayl) if side < 4 else (bxl, byl)
+        u, v = x[(side + 1) % 4] - x[side % 4], y[(side + 1) % 4] - y[side % 4]
+        on_a, on_b = u * ayl - v * axl, u * byl - v * bxl
+        shared = np.minimum(on_a.max(axis=0), on_b.max(axis=0)) - np.maximum(
+            on_a.min(axis=0), on_b.min(axis=0)
+        )
+        narrower = np.minimum(np.ptp(on_a, axis=0), np.ptp(on_b, axis=0))
+        # a triangle has one edge that is none
+        overlap[left] = (shared > _WIDTH * narrower) | ((u == 0) & (v == 0))
     return overlap
 
 

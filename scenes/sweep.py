@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-_BLOCK = 1 << 20  # pairs that are looked at together
+_BLOCK = 1 << 16  # pairs that are looked at together: they stay in the cache
 
 
 def meeting_pairs(low: Array, high: Array) -> Iterator[tuple[Indices, Indices]]:

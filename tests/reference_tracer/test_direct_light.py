@@ -8,6 +8,8 @@ import msgspec
 import numpy as np
 import pytest
 
+from reference_tracer import sampling
+from reference_tracer.bsdf import BSDFSample
 from reference_tracer.points import Points
 from reference_tracer.random_walk import STRATEGIES, RandomWalk, Strategy, render
 from reference_tracer.reflection import LambertianBSDF
@@ -72,17 +74,17 @@ def test_direct_light(strategy: Strategy, expect_means: Callable[..., None]) -> 
 def test_planted_faults_are_found(
     fault: str, expect_means: Callable[..., None], off: type[Exception], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def sample(self: LambertianBSDF, points: Points, rng: np.random.Generator) -> np.ndarray:
-        d = rng.standard_normal((3, len(points)))
-        d /= np.linalg.norm(d, axis=0)
-        return d * np.sign(np.einsum("in,in->n", d, points.n))
+    def sample(self: LambertianBSDF, points: Points, wo: np.ndarray, u: np.ndarray) -> BSDFSample:
+        right = lambertian(self, points, wo, u)
+        uniform = sampling.to_world(sampling.square_to_cone(u, 1.0), points.n)
+        pdf = np.einsum("in,in->n", uniform, points.n) / np.pi
+        return BSDFSample(uniform, right.weight, pdf)
 
-    def without_cosine(
-        self: RandomWalk, vertex: Points, wo: np.ndarray, rng: np.random.Generator
-    ) -> np.ndarray:
+    def without_cosine(self: RandomWalk, vertex: Points, wo: np.ndarray, u: np.ndarray) -> np.ndarray:
         flat = Points(vertex.x, np.tile([[0.6], [0.0], [0.8]], len(vertex)), vertex.surface)
-        return next_event(self, flat, wo, rng)
+        return next_event(self, flat, wo, u)
 
+    lambertian = LambertianBSDF.sample
     next_event = RandomWalk._next_event
     if fault.startswith("lobe"):
         strategy: Strategy = "mis"
@@ -138,7 +140,7 @@ def test_a_ball_lights_the_floor_below_it(strategy: Strategy, expect_means: Call
 def test_a_camera_that_sees_nothing(strategy: Strategy) -> None:
     away = msgspec.structs.replace(CAMERA, target=(0.0, -9.0, 3.5))
     shares: list[float] = []
-    image = render(Scene((FLOOR, LAMP), away), 3, 4, 0, strategy, shares.append)
+    image = render(Scene((FLOOR, LAMP), away), 3, 4, 0, strategy, on_block=shares.append)
     assert image.shape == (4, 8, 8, 2)
     assert not image.any()
     assert shares[-1] == 1

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reference_tracer import random_walk
+from reference_tracer import random_walk, samplers
+from reference_tracer.bsdf import BSDFSample
 from reference_tracer.emission import Emitters
 from reference_tracer.points import Points
 from reference_tracer.propagation import RayCaster
 from reference_tracer.random_walk import STRATEGIES, NonFiniteRadianceError, Strategy, render
 from reference_tracer.reflection import LambertianBSDF
+from reference_tracer.samplers import SAMPLERS, Block, SamplerName
 from scenes import Scene
 from scenes.library import case
 
@@ -28,7 +30,7 @@ EXACT: dict[tuple[str, Strategy], tuple[int, float]] = {
     ("furnace-sphere", "bsdf"): (4, 1e-9),
     ("furnace-sphere", "nee"): (4, 1e-9),
     ("furnace-sphere", "mis"): (4, 1e-9),
-    ("integrating-sphere", "bsdf"): (768, 0.07),
+    ("integrating-sphere", "bsdf"): (896, 0.07),
     ("integrating-sphere", "nee"): (4, 1e-9),
     ("integrating-sphere", "mis"): (256, 0.02),
 }
@@ -41,18 +43,27 @@ def quadrants(images: np.ndarray) -> np.ndarray:
 
 
 def replicates(
-    scene: Scene, strategy: Strategy, spp: int, bounces: int = BOUNCES, count: int = REPLICATES
+    scene: Scene,
+    strategy: Strategy,
+    spp: int,
+    bounces: int = BOUNCES,
+    count: int = REPLICATES,
+    sampler: SamplerName = "independent",
 ) -> np.ndarray:
-    return np.array([quadrants(render(scene, bounces, spp, seed, strategy)) for seed in range(count)])
+    return np.array(
+        [quadrants(render(scene, bounces, spp, seed, strategy, sampler)) for seed in range(count)]
+    )
 
 
-def hold_against_the_answer(name: str, strategy: Strategy, expect_means: Callable[..., None]) -> None:
+def hold_against_the_answer(
+    name: str, strategy: Strategy, expect_means: Callable[..., None], sampler: SamplerName = "independent"
+) -> None:
     found = case(name)
     scene = found.scene.resized(12, 8)
     truth = found.answer.truth(scene, BOUNCES)
     assert truth is not None
     spp, resolution = EXACT[name, strategy]
-    images, expected = replicates(scene, strategy, spp), quadrants(truth.mean)
+    images, expected = replicates(scene, strategy, spp, sampler=sampler), quadrants(truth.mean)
     # whether a ray meets the lamp is chance in E, whatever the strategy
     expect_means(images[:, 0], expected[0], resolution=0.4 / np.sqrt(spp))
     for k in range(1, BOUNCES + 1):
@@ -60,8 +71,11 @@ def hold_against_the_answer(name: str, strategy: Strategy, expect_means: Callabl
 
 
 @pytest.mark.parametrize(("name", "strategy"), EXACT)
-def test_exact_answers(name: str, strategy: Strategy, expect_means: Callable[..., None]) -> None:
-    hold_against_the_answer(name, strategy, expect_means)
+@pytest.mark.parametrize("sampler", SAMPLERS)
+def test_exact_answers(
+    name: str, strategy: Strategy, sampler: SamplerName, expect_means: Callable[..., None]
+) -> None:
+    hold_against_the_answer(name, strategy, expect_means, sampler)
 
 
 # ---- planted faults: the checks above find them
@@ -71,48 +85,47 @@ def scaled(function: Callable[..., Any], factor: float) -> Callable[..., Any]:
     return lambda *args: factor * function(*args)
 
 
-def mirrored(sensor: Any, pixels: np.ndarray, rng: np.random.Generator) -> tuple[Points, np.ndarray]:
-    rows, columns = np.divmod(pixels, sensor.width)
-    return straight_camera_rays(sensor, rows * sensor.width + sensor.width - 1 - columns, rng)
+def reflecting(factor: float) -> Callable[..., BSDFSample]:
+    sample = LambertianBSDF.sample
+
+    def more(self: LambertianBSDF, points: Points, wo: np.ndarray, u: np.ndarray) -> BSDFSample:
+        found = sample(self, points, wo, u)
+        return BSDFSample(found.wi, factor * found.weight, found.pdf)
+
+    return more
 
 
-straight_camera_rays = random_walk.camera_rays
+def denser(self: Emitters, reference: Points, u: np.ndarray) -> Any:
+    found = straight_sample(self, reference, u)
+    found.pdf = found.pdf * 1.01
+    return found
 
-FAULTS = {
-    "1 % too much reflected": (
-        "furnace-sphere",
-        "bsdf",
-        LambertianBSDF,
-        "weight",
-        scaled(LambertianBSDF.weight, 1.01),
-    ),
+
+def mirrored(sensor: Any, block: Block) -> Any:
+    return straight_camera_rays(
+        sensor, Block([[sensor.width], [0]] - block.position * [[1], [-1]], block.numbers)
+    )
+
+
+straight_camera_rays, straight_sample = random_walk.camera_rays, Emitters.sample
+
+FAULTS: dict[str, tuple[str, Strategy, object, str, Callable[..., Any]]] = {
+    "1 % too much reflected": ("furnace-sphere", "bsdf", LambertianBSDF, "sample", reflecting(1.01)),
     "1 % too much reflected, with noise": (
         "integrating-sphere",
         "nee",
         LambertianBSDF,
-        "weight",
-        scaled(LambertianBSDF.weight, 1.01),
+        "sample",
+        reflecting(1.01),
     ),
-    "4 % too much reflected, by mis": (
-        "furnace-box",
-        "mis",
-        LambertianBSDF,
-        "weight",
-        scaled(LambertianBSDF.weight, 1.04),
-    ),
-    "density of the lamp 1 % too large": (
-        "integrating-sphere",
-        "nee",
-        Emitters,
-        "pdf",
-        scaled(Emitters.pdf, 1.01),
-    ),
+    "4 % too much reflected, by mis": ("furnace-box", "mis", LambertianBSDF, "sample", reflecting(1.04)),
+    "density of the lamp 1 % too large": ("integrating-sphere", "nee", Emitters, "sample", denser),
     "weights of mis that don't sum to one": (
         "integrating-sphere",
         "mis",
         random_walk.RandomWalk,
-        "_chance_weight",
-        scaled(random_walk.RandomWalk._chance_weight, 0.9),
+        "_found",
+        scaled(random_walk.RandomWalk._found, 0.9),
     ),
     "image mirrored": ("integrating-sphere", "nee", random_walk, "camera_rays", mirrored),
 }
@@ -177,9 +190,11 @@ def test_every_pixel_gets_its_samples(
     width: int, height: int, spp: int, block: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In the furnace each sample is exact, so one too many or too few, or one in a wrong pixel, would show."""
-    monkeypatch.setattr(random_walk, "BLOCK", block)
+    monkeypatch.setattr(samplers, "BLOCK", block)
     shares: list[float] = []
-    image = render(case("furnace-sphere").scene.resized(width, height), 2, spp, 1, "bsdf", shares.append)
+    image = render(
+        case("furnace-sphere").scene.resized(width, height), 2, spp, 1, "bsdf", on_block=shares.append
+    )
     assert image.shape == (3, height, width, 3)
     np.testing.assert_allclose(
         image, np.broadcast_to([[[[1.0]]], [[[0.5]]], [[[0.25]]]], image.shape), rtol=1e-12
@@ -193,13 +208,13 @@ def test_every_pixel_gets_its_samples(
 def test_the_size_of_blocks_leaves_the_means(
     block: int, expect_means: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(random_walk, "BLOCK", block)
+    monkeypatch.setattr(samplers, "BLOCK", block)
     hold_against_the_answer("integrating-sphere", "nee", expect_means)
 
 
 def test_blocks_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pixels that lie in different blocks don't repeat each other's numbers."""
-    monkeypatch.setattr(random_walk, "BLOCK", 8)
+    monkeypatch.setattr(samplers, "BLOCK", 8)
     seen: list[np.ndarray] = []
     cast = RayCaster.__call__
 
@@ -230,11 +245,13 @@ def test_bounce_0_alone(strategy: Strategy) -> None:
 def test_what_is_not_finite_is_an_error_with_its_place(
     strategy: Strategy, wrong: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def weight(self: LambertianBSDF, points: Points, wo: np.ndarray) -> np.ndarray:
-        albedo = np.full((3, len(points)), 0.5)
-        albedo[1, 5] = wrong  # one channel of the walk through pixel 5: row 1, column 1 of four
-        return albedo
+    sample = LambertianBSDF.sample
 
-    monkeypatch.setattr(LambertianBSDF, "weight", weight)
-    with pytest.raises(NonFiniteRadianceError, match=r"^bounce [12], row 1, column 1$"):
+    def broken(self: LambertianBSDF, points: Points, wo: np.ndarray, u: np.ndarray) -> BSDFSample:
+        found = sample(self, points, wo, u)
+        found.weight[1, 5] = wrong  # one channel of the walk through pixel 5: row 1, column 1 of four
+        return found
+
+    monkeypatch.setattr(LambertianBSDF, "sample", broken)
+    with pytest.raises(NonFiniteRadianceError, match=r"^bounce [12], row 1, column 1, at sphere: found \["):
         render(case("furnace-sphere").scene.resized(4, 3), 3, 1, 0, strategy)

@@ -11,7 +11,22 @@ import pytest
 from reference_tracer.bsdf import BSDF
 from reference_tracer.propagation import NOWHERE, Points
 from reference_tracer.reflection import LambertianBSDF, PerSurfaceBSDF, bsdf_of
-from scenes import AreaLight, Blend, Lambertian, Material, Pinhole, Scene, Sphere, Surface
+from scenes import (
+    AreaLight,
+    Blend,
+    Conductor,
+    ConstantEnvironment,
+    Dielectric,
+    Lambertian,
+    Material,
+    Mirror,
+    Pinhole,
+    RoughConductor,
+    RoughDielectric,
+    Scene,
+    Sphere,
+    Surface,
+)
 from scenes.library import case
 
 COUNT = 50_000
@@ -183,7 +198,7 @@ def test_a_blend_of_two_lambertians_is_a_lambertian() -> None:
     assert bsdf.needs_choice
     red, blue = np.array(RED.albedo), np.array(BLUE.albedo)
     shares = np.array([0, 0, 1, 0.25, 0.4 + 0.6 * 0.25])
-    albedos = ((1 - shares) * red[:, None] + shares * blue[:, None])[:, :]
+    albedos = (1 - shares) * red[:, None] + shares * blue[:, None]
     at, rng = points(5, 2000), np.random.default_rng(7)
     wi, wo = unit(rng, 2000), unit(rng, 2000)
     front = (cosine(at, wi) > 0) & (cosine(at, wo) > 0)
@@ -206,3 +221,69 @@ def test_a_number_that_chooses_a_lobe_can_be_used_again() -> None:
     blue = 0.7 * 0.3
     expected = (1 - blue) * np.array(RED.albedo) + blue * np.array(BLUE.albedo)
     np.testing.assert_allclose(weight, np.tile(expected[:, None], 2), rtol=1e-14)
+
+
+def test_each_surface_reflects_as_its_own_material_does() -> None:
+    """Seven types in one scene, one of them twice: the same numbers as each type alone, NOWHERE black."""
+    gold = ((0.2, 0.4, 1.4), (3.9, 2.4, 1.8))
+    mirror, glass, frosted = Mirror((0.9, 0.8, 0.7)), Dielectric(), RoughDielectric(0.3)
+    materials = (RED, mirror, glass, Conductor(*gold), RoughConductor(*gold, 0.4), frosted)
+    materials += (Blend(RED, Blend(mirror, frosted, 0.3), 0.5), BLUE)
+    bsdf = bsdf_of(scene_of(*materials))
+    assert bsdf.needs_choice
+    at, rng = points(len(materials) + 1, 4000), np.random.default_rng(8)
+    at.surface = np.where(at.surface == len(materials), NOWHERE, at.surface)
+    wi, wo, u = unit(rng, 4000), unit(rng, 4000), rng.random((3, 4000))
+    f, pdf, sample = bsdf.f(at, wi, wo), bsdf.pdf(at, wi, wo), bsdf.sample(at, wo, u)
+    for i, material in enumerate(materials):
+        lanes = np.flatnonzero(at.surface == i)
+        here = at[lanes]
+        here.surface = np.zeros(len(lanes), dtype=int)
+        alone = bsdf_of(scene_of(material))
+        assert not isinstance(alone, PerSurfaceBSDF)
+        np.testing.assert_array_equal(f[:, lanes], alone.f(here, wi[:, lanes], wo[:, lanes]))
+        np.testing.assert_array_equal(pdf[lanes], alone.pdf(here, wi[:, lanes], wo[:, lanes]))
+        expected = alone.sample(here, wo[:, lanes], u[:, lanes])
+        np.testing.assert_array_equal(sample.wi[:, lanes], expected.wi)
+        np.testing.assert_array_equal(sample.weight[:, lanes], expected.weight)
+        np.testing.assert_array_equal(sample.pdf[lanes], expected.pdf)
+        cosines = np.array([0.3, 0.9])
+        loss = bsdf.single_scattering_loss(i, cosines)
+        np.testing.assert_array_equal(loss, alone.single_scattering_loss(0, cosines))
+    nowhere = at.surface == NOWHERE
+    assert nowhere.sum() > 100
+    assert not f[:, nowhere].any()
+    assert not sample.weight[:, nowhere].any()
+    assert not sample.pdf[nowhere].any()
+
+
+def test_a_scene_without_surfaces_reflects_nothing() -> None:
+    nothing = Scene((), scene_of(RED).sensor, (ConstantEnvironment((1.0, 1.0, 1.0)),))
+    bsdf, at = bsdf_of(nothing), points(1, 10)
+    at.surface = np.full(10, NOWHERE)
+    assert not bsdf.needs_choice
+    assert bsdf.f(at, at.n, at.n).shape == (3, 10)
+    assert not bsdf.f(at, at.n, at.n).any()
+    assert not bsdf.pdf(at, at.n, at.n).any()
+    assert not bsdf.sample(at, at.n, np.full((2, 10), 0.4)).weight.any()
+
+
+@pytest.mark.parametrize(
+    "material", [RoughConductor((1.5,), (2.0,), 0.3), RoughDielectric(0.3), Lambertian((0.4,))]
+)
+def test_a_blend_of_a_material_with_itself_is_that_material(material: Material) -> None:
+    blend = Blend(material, Blend(material, material, 0.8), 0.3)
+    grey = Lambertian((0.5,))
+    blended, alone = bsdf_of(scene_of(grey, blend)), bsdf_of(scene_of(grey, material))
+    at, rng = points(1, 1000), np.random.default_rng(9)
+    at.surface = np.ones(1000, dtype=int)
+    wi, wo = unit(rng, 1000), unit(rng, 1000)
+    np.testing.assert_allclose(blended.f(at, wi, wo), alone.f(at, wi, wo), rtol=1e-13)
+    np.testing.assert_allclose(blended.pdf(at, wi, wo), alone.pdf(at, wi, wo), rtol=1e-13)
+    sample = blended.sample(at, wo, rng.random((3, 1000)))
+    kept = sample.pdf > 0
+    assert kept.sum() > 400
+    np.testing.assert_allclose(sample.pdf[kept], alone.pdf(at, sample.wi, wo)[kept], rtol=1e-7)
+    cosines = np.array([0.2, 0.7])
+    loss = alone.single_scattering_loss(1, cosines)
+    np.testing.assert_allclose(blended.single_scattering_loss(1, cosines), loss, rtol=1e-13)

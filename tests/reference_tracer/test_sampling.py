@@ -36,6 +36,11 @@ def probabilities(density: Callable[[np.ndarray], np.ndarray], low: float, high:
     return np.repeat(rows[:, None] * 2 * np.pi / COLUMNS, COLUMNS, axis=1)
 
 
+def alternating(count: int) -> np.ndarray:
+    """A fault of a tenth, up and down."""
+    return np.where(np.arange(count) % 2, 0.9, 1.1)
+
+
 def uniform(z: np.ndarray) -> np.ndarray:
     return np.full_like(z, 1 / (2 * np.pi))
 
@@ -75,6 +80,171 @@ def test_the_corners_of_the_square_are_directions(warp: Callable[[np.ndarray], n
     last = np.nextafter(1, 0)
     d = warp(np.array([[0, 0, last, last, 0.5], [0, last, 0, last, 0.5]]))
     np.testing.assert_allclose(np.linalg.norm(d, axis=0), 1, atol=1e-15)
+
+
+@pytest.mark.parametrize("versine", [2.0, 1.0, 0.03, 1e-9, 1e-20])
+def test_cones(follows: Follows, versine: float) -> None:
+    d = sampling.square_to_cone(numbers(), versine)
+    np.testing.assert_allclose(np.linalg.norm(d, axis=0), 1, atol=1e-15)
+    # 1 − cos θ as half the squared chord, sin² θ/2 · 2, which keeps its digits
+    found = 2 * np.sin(np.arctan2(np.hypot(d[0], d[1]), d[2]) / 2) ** 2 / versine
+    counts = np.histogram2d(found, np.arctan2(d[1], d[0]), (ROWS, COLUMNS), [(0, 1), (-np.pi, np.pi)])[0]
+    assert counts.sum() > 0.9999 * COUNT
+    assert follows(counts, np.full(counts.shape, 1 / counts.size))
+    tilted = np.repeat(np.linspace(0.9, 1.1, ROWS)[:, None], COLUMNS, axis=1) / counts.size
+    assert not follows(counts, tilted)
+    solid_angle = 2 * np.pi * versine
+    assert sampling.square_to_cone_pdf(versine) * solid_angle == pytest.approx(1)
+
+
+def test_disk(follows: Follows) -> None:
+    x, y = sampling.square_to_disk(numbers())
+    counts = np.histogram2d(x * x + y * y, np.arctan2(y, x), (ROWS, COLUMNS), [(0, 1), (-np.pi, np.pi)])[0]
+    assert counts.sum() == COUNT
+    assert follows(counts, np.full(counts.shape, 1 / counts.size))  # rings of equal area
+    assert sampling.square_to_disk_pdf() * np.pi == pytest.approx(1)
+
+
+def test_triangle(follows: Follows) -> None:
+    """Each of 10 × 10 cells of a grid on the triangle: those on the diagonal hold half."""
+    s, t = sampling.square_to_triangle(numbers())
+    assert (s >= 0).all()
+    assert (t >= 0).all()
+    assert (s + t).max() <= 1 + 1e-15
+    counts = np.histogram2d(s, t, (10, 10), [(0, 1), (0, 1)])[0]
+    i, j = np.indices((10, 10))
+    area = np.where(i + j < 9, 0.01, np.where(i + j == 9, 0.005, 0)) * sampling.square_to_triangle_pdf()
+    inside = area > 0
+    assert not counts[~inside].any()
+    assert follows(counts[inside], area[inside])
+
+
+@pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (0.0, 2.0), (3.0, 0.0), (1.0, 1.0001), (1e-200, 5.0)])
+def test_linear(follows: Follows, a: float, b: float) -> None:
+    ends = np.full((2, COUNT), [[a], [b]])
+    t = sampling.unit_to_linear(numbers()[0], *ends)
+    counts = np.histogram(t, 20, (0, 1))[0]
+    assert counts.sum() == COUNT
+    middles = (np.arange(20) + 0.5) / 20
+    share = sampling.unit_to_linear_pdf(middles, np.array(a), np.array(b)) / 20
+    assert follows(counts, share)
+    assert not follows(counts, share * alternating(20) / (share * alternating(20)).sum())
+    assert sampling.unit_to_linear(np.array([0.0, 0.5]), np.zeros(2), np.zeros(2)).tolist() == [0, 0]
+
+
+def seen_from_the_origin(x0: float, x1: float, y0: float, y1: float, h: float) -> float:
+    """Solid angle of a rectangle by Gauss's rule: ∫ h / r³ dA, in panels that grow with the distance."""
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+
+    def panels(low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+        limits = np.arcsinh(np.array([low, high]) / h)  # the substitution x = h sinh s evens the peak out
+        s = limits[0] + (limits[1] - limits[0]) * (nodes + 1) / 2
+        return h * np.sinh(s), weights / 2 * (limits[1] - limits[0]) * h * np.cosh(s)
+
+    (x, wx), (y, wy) = panels(x0, x1), panels(y0, y1)
+    return float((np.outer(wx, wy) * h / (x[:, None] ** 2 + y**2 + h**2) ** 1.5).sum())
+
+
+RECTANGLES = [
+    (-1.0, 2.0, -0.5, 0.7, 1.0),
+    (-1.0, 2.0, -0.5, 0.7, 0.05),
+    (0.3, 2.0, 0.2, 0.7, 0.1),
+    (-2.0, -0.5, -3.0, 4.0, 0.3),
+    (0.0, 1.0, 0.0, 1.0, 0.5),
+    (-0.2, 0.2, -0.1, 0.1, 1.0),
+]
+
+
+@pytest.mark.parametrize("rectangle", RECTANGLES)
+def test_spherical_rectangles(follows: Follows, rectangle: tuple[float, ...]) -> None:
+    """The share of each of 8 × 8 cells of the rectangle is its share of the solid angle."""
+    x0, x1, y0, y1, h = rectangle
+    low, high = np.full((2, COUNT), [[x0], [y0]]), np.full((2, COUNT), [[x1], [y1]])
+    x, y = sampling.square_to_spherical_rectangle(numbers(), low, high, np.full(COUNT, h))
+    counts = np.histogram2d(x, y, (8, 8), [(x0, x1), (y0, y1)])[0]
+    assert counts.sum() == COUNT
+    xs, ys = np.linspace(x0, x1, 9), np.linspace(y0, y1, 9)
+    angles = np.array(
+        [[seen_from_the_origin(xs[i], xs[i + 1], ys[j], ys[j + 1], h) for j in range(8)] for i in range(8)]
+    )
+    whole = seen_from_the_origin(x0, x1, y0, y1, h)
+    pdf = sampling.square_to_spherical_rectangle_pdf(low[:, :1], high[:, :1], np.array([h]))[0]
+    assert pdf == pytest.approx(1 / whole, rel=1e-9)
+    shares = angles * pdf
+    full = shares * COUNT > 30
+    grouped = [np.append(values[full], values[~full].sum()) for values in (counts, shares)]
+    if grouped[1][-1] * COUNT < 30:
+        grouped = [values[:-1] for values in grouped]
+    share = grouped[1] / grouped[1].sum()
+    assert follows(grouped[0], share)
+    wrong = share * alternating(len(share))
+    assert not follows(grouped[0], wrong / wrong.sum())
+
+
+@pytest.mark.filterwarnings("error")
+def test_spherical_rectangles_nearly_in_the_plane() -> None:
+    """Down to heights where a right angle is all that is left: on the rectangle, and nothing undefined."""
+    last = np.nextafter(1, 0)
+    u = np.array([[0, 0, last, last, 0.5, 0.3], [0, last, 0, last, 0.5, 0.8]])
+    for x0, x1, y0, y1, _ in RECTANGLES:
+        low, high = np.full((2, 6), [[x0], [y0]]), np.full((2, 6), [[x1], [y1]])
+        for h in (1e-3, 1e-9, 1e-30):
+            xy = sampling.square_to_spherical_rectangle(u, low, high, np.full(6, h))
+            assert np.isfinite(xy).all()
+            assert (xy >= low).all()
+            assert (xy <= high).all()
+            pdf = sampling.square_to_spherical_rectangle_pdf(low, high, np.full(6, h))
+            if x0 < 0 < x1 and y0 < 0 < y1:  # above it: half of all directions
+                np.testing.assert_allclose(pdf, 1 / (2 * np.pi), rtol=1.5 * h / min(-x0, x1, -y0, y1) + 1e-12)
+
+
+TRIANGLES = [
+    ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    ((1, 0, 0.2), (0.1, 1, 0), (-1, -0.3, 0.1)),
+    ((1, 0, 5), (0, 1, 5), (-0.3, -0.4, 5)),
+    ((1, 0, 0), (0.999, 0.01, 0.001), (0.9, 0, 0.5)),
+]
+
+
+@pytest.mark.parametrize("corners", TRIANGLES)
+def test_spherical_triangles(corners: tuple) -> None:
+    """∫ ω dω = ½ Σ βᵢ (vᵢ × vᵢ₊₁) / |…| around the corners, and ∫ ω ωᵀ dω as over the flat triangle.
+
+    By Gauss's rule, once over the unit square of random numbers and once over the flat triangle.
+    """
+    v = np.array(corners, dtype=float)
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    nodes, weights = (nodes + 1) / 2, weights / 2
+    u, w = np.stack(np.meshgrid(nodes, nodes)).reshape(2, -1), np.outer(weights, weights).ravel()
+    a, b, c = (np.tile((p / np.linalg.norm(p))[:, None], u.shape[1]) for p in v)
+    d = sampling.square_to_spherical_triangle(u, a, b, c)
+    np.testing.assert_allclose(np.linalg.norm(d, axis=0), 1, atol=1e-12)
+    angle = 1 / sampling.square_to_spherical_triangle_pdf(a, b, c)[0]
+
+    s, t = u[0], u[1] * (1 - u[0])
+    x = v[:1].T + np.outer(v[1] - v[0], s) + np.outer(v[2] - v[0], t)
+    volume = abs(np.linalg.det(v))
+    solid_angles = w * (1 - u[0]) * volume / (x**2).sum(axis=0) ** 1.5  # h dA / r³ = |det| ds dt / r³
+    assert angle == pytest.approx(solid_angles.sum(), rel=1e-6)
+    e = x / np.linalg.norm(x, axis=0)
+    np.testing.assert_allclose(angle * (d * w) @ d.T, (e * solid_angles) @ e.T, atol=1e-5 * angle)
+    edges = np.stack([v, np.roll(v, -1, axis=0)]) / np.linalg.norm(v, axis=1)[:, None]
+    edges[1] = np.roll(edges[0], -1, axis=0)
+    cross = np.cross(*edges)
+    sine = np.linalg.norm(cross, axis=1)
+    beta = np.arctan2(sine, (edges[0] * edges[1]).sum(axis=1))
+    flux = (beta / sine) @ cross / 2 * np.sign(np.linalg.det(v))
+    np.testing.assert_allclose(angle * d @ w, flux, atol=1e-5 * angle)
+
+
+@pytest.mark.filterwarnings("error")
+def test_spherical_triangles_without_an_area() -> None:
+    """Two corners in one place, or three on one arc: directions all the same."""
+    u = np.array([[0, 0, 0.9, 0.9, 0.5], [0, 0.9, 0, 0.9, 0.5]])
+    for corners in (np.eye(3)[[0, 1, 1]], np.array([[1, 0, 0], [0.6, 0.8, 0], [0, 1, 0]])):
+        a, b, c = (np.tile(p[:, None], 5) for p in corners)
+        d = sampling.square_to_spherical_triangle(u, a, b, c)
+        np.testing.assert_allclose(np.linalg.norm(d, axis=0), 1, atol=1e-12)
 
 
 def normals() -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The pinhole: which pixel looks where."""
+"""Sensors: which pixel looks where."""
 
 from __future__ import annotations
 
@@ -7,7 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from scenes import Pinhole
+from scenes import (
+    ConstantEnvironment,
+    IrradianceMeter,
+    Orthographic,
+    Pinhole,
+    RadianceMeter,
+    Scene,
+    SceneError,
+    ThinLens,
+)
 
 ORIGIN, TARGET, UP = (1.0, 2.0, 3.0), (-2.0, 0.5, 4.0), (0.3, 0.1, 1.0)
 SHAPES = [(8, 8), (12, 8), (8, 12), (1, 1), (7, 3)]
@@ -71,3 +80,49 @@ def test_the_frame_is_orthonormal(eye: tuple) -> None:
     frame = Pinhole(*eye, 50.0, 4, 4).frame
     np.testing.assert_allclose(frame.T @ frame, np.eye(3), atol=1e-14)
     np.testing.assert_allclose(np.cross(frame[:, 0], frame[:, 1]), -frame[:, 2], atol=1e-14)
+
+
+def test_a_thin_lens_is_a_pinhole_about_its_centre() -> None:
+    lens, hole = ThinLens(ORIGIN, TARGET, UP, 50.0, 12, 8, 0.3, 2.0), Pinhole(ORIGIN, TARGET, UP, 50.0, 12, 8)
+    np.testing.assert_array_equal(lens.pixel_to_direction, hole.pixel_to_direction)
+    np.testing.assert_array_equal(lens.frame, hole.frame)
+
+
+@shapes
+@eyes
+def test_an_orthographic_image_plane(eye: tuple, width: int, height: int) -> None:
+    """Its smaller axis has the length of the extent; pixels are square, rows count downwards, right is right."""
+    camera, extent = Orthographic(*eye, 2.5, width, height), 2.5
+    M = camera.pixel_to_offset
+    corners = [M @ [x, y, 1] for x, y in ((0, 0), (width, 0), (0, height), (width, height))]
+    pixel = extent / min(width, height)
+    assert np.linalg.norm(corners[1] - corners[0]) == pytest.approx(pixel * width)
+    assert np.linalg.norm(corners[2] - corners[0]) == pytest.approx(pixel * height)
+    np.testing.assert_allclose(M @ [width / 2, height / 2, 1], 0, atol=1e-14)
+    view = np.subtract(eye[1], eye[0])
+    np.testing.assert_allclose(view @ np.transpose(corners), 0, atol=1e-13)
+    assert (corners[0] - corners[2]) @ np.array(eye[2]) > 0
+    assert (corners[1] - corners[0]) @ np.cross(view, eye[2]) > 0
+
+
+def test_meters_have_one_pixel() -> None:
+    meters = RadianceMeter(ORIGIN, (0, 3, 4)), IrradianceMeter(ORIGIN, (0, 3, 4))
+    assert meters[0].direction == meters[1].normal == pytest.approx((0, 0.6, 0.8))
+    for meter in meters:
+        scene = Scene((), meter, (ConstantEnvironment((1.0, 2.0)),))
+        assert scene.shape == (1, 1, 2)
+        assert scene.resized(1, 1) == scene
+        with pytest.raises(SceneError, match=r"Meter\.width = 4: expected 1: a meter has one pixel"):
+            scene.resized(4, 1)
+
+
+def test_resized_scenes_keep_the_field_of_view() -> None:
+    sky = (ConstantEnvironment((1.0,)),)
+    for camera in (
+        Pinhole(ORIGIN, TARGET, UP, 50.0, 12, 8),
+        ThinLens(ORIGIN, TARGET, UP, 50.0, 12, 8, 0.3, 2.0),
+    ):
+        small, large = Scene((), camera, sky).sensor, Scene((), camera, sky).resized(24, 16).sensor
+        np.testing.assert_allclose(
+            small.pixel_to_direction @ [12, 8, 1], large.pixel_to_direction @ [24, 16, 1], rtol=1e-14
+        )

@@ -1,44 +1,33 @@
-"""Shapes: areas, normals, and boxes made of quads."""
+"""Surfaces: boxes made of quads, and what goes with what."""
 
 from __future__ import annotations
 
-import math
 from itertools import product
 
 import numpy as np
 import pytest
 
-from scenes import AreaLight, Lambertian, PolarRange, Quad, SceneError, Sphere, box
+from scenes import (
+    AreaLight,
+    Blend,
+    Checkerboard,
+    Dielectric,
+    Lambertian,
+    Mesh,
+    Mirror,
+    PolarRange,
+    Quad,
+    SceneError,
+    Sphere,
+    Surface,
+    box,
+)
 
 GREY = Lambertian((0.5,))
 CUBE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 TURNED = ((0.6, 0.0, -0.8), (0.0, 2.0, 0.0), (0.4, 0.0, 0.3))
 FACES = ["left", "right", "bottom", "top", "back", "front"]
 SKEW = ((1.0, 0.2, 0.0), (0.3, 1.0, 0.1), (0.0, -0.4, 2.0))
-
-
-def test_a_quad_is_a_parallelogram_with_a_right_handed_normal() -> None:
-    quad = Quad((1.0, 1.0, 1.0), (2.0, 0.0, 0.0), (1.0, 3.0, 0.0))
-    assert quad.area == pytest.approx(6.0)
-    np.testing.assert_allclose(quad.normal, [0, 0, 1])
-    assert not quad.is_rectangle
-    assert Quad((0, 0, 0), (0.6, 0.8, 0.0), (-0.8, 0.6, 0.0)).is_rectangle
-
-
-@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
-def test_a_small_quad_is_no_degenerate_one(size: float) -> None:
-    assert Quad((0, 0, 0), (size, 0, 0), (0, size, 0)).area == pytest.approx(size**2)
-    with pytest.raises(SceneError):
-        Quad((0, 0, 0), (size, 0, 0), (size, size * 1e-10, 0))
-
-
-def test_a_sphere_and_its_zones() -> None:
-    assert Sphere((0, 0, 0), 2.0).area == pytest.approx(16 * math.pi)
-    assert PolarRange().fraction == 1
-    assert PolarRange(0, 90).fraction == pytest.approx(0.5)
-    parts = [PolarRange(0, 45), PolarRange(45, 100), PolarRange(100, 180)]
-    assert sum(part.fraction for part in parts) == pytest.approx(1)
-    assert PolarRange(0, 45, (0.0, 3.0, 4.0)).axis == pytest.approx((0.0, 0.6, 0.8))
 
 
 @pytest.mark.parametrize("inward", [False, True])
@@ -65,3 +54,48 @@ def test_a_box_is_six_quads_about_a_volume(half_edges: tuple, inward: bool) -> N
     volume = 8 * np.linalg.det(half_edges)
     np.testing.assert_allclose(np.sum(vectors, axis=0), 0, atol=1e-12)
     assert np.sum(np.multiply(middles, vectors)) == pytest.approx(-3 * volume if inward else 3 * volume)
+
+
+def test_half_edges_are_right_handed() -> None:
+    with pytest.raises(SceneError, match=r"box\.half_edges"):
+        box("box", (0, 0, 0), (CUBE[1], CUBE[0], CUBE[2]), GREY)
+
+
+BALL = Sphere((0.0, 0.0, 0.0), 1.0)
+
+
+def test_channels_and_emission() -> None:
+    assert Surface("s", BALL, GREY).channels == 1
+    assert Surface("s", BALL, Dielectric()).channels is None
+    lit = Surface("s", BALL, Dielectric(), AreaLight((0.0, 1.0)))
+    assert (lit.channels, lit.emits) == (2, True)
+    assert not Surface("s", BALL, GREY).emits
+    assert not Surface("s", BALL, GREY, AreaLight((0.0,))).emits
+    with pytest.raises(
+        SceneError, match=r"Surface\.emission\.radiance = .*1 channels, as material\.albedo has"
+    ):
+        Surface("s", BALL, GREY, AreaLight((1.0, 1.0)))
+
+
+@pytest.mark.parametrize("material", [Dielectric(), Blend(GREY, Dielectric(), 0.1)])
+def test_glass_is_not_two_sided(material: object) -> None:
+    with pytest.raises(
+        SceneError, match=r"Surface\.two_sided = True: expected False: a dielectric has two sides"
+    ):
+        Surface("s", BALL, material, two_sided=True)
+
+
+def test_only_a_sphere_has_a_zone() -> None:
+    quad = Quad((0, 0, 0), (1, 0, 0), (0, 1, 0))
+    with pytest.raises(SceneError, match=r"Surface\.emission\.polar_range"):
+        Surface("s", quad, GREY, AreaLight((1.0,), PolarRange()))
+    assert Surface("s", BALL, GREY, AreaLight((1.0,), PolarRange())).emits
+
+
+def test_a_textured_mesh_has_coordinates() -> None:
+    corners, textured = [(0, 0, 0), (1, 0, 0), (0, 1, 0)], Lambertian(Checkerboard((0.1,), (0.9,)))
+    for material in (textured, Blend(Mirror((1.0,)), textured, 0.5)):
+        with pytest.raises(SceneError, match=r"Surface\.shape\.uv"):
+            Surface("s", Mesh(corners, [(0, 1, 2)]), material)
+        Surface("s", Mesh(corners, [(0, 1, 2)], uv=[(0, 0), (1, 0), (0, 1)]), material)
+    Surface("s", Mesh(corners, [(0, 1, 2)]), GREY)

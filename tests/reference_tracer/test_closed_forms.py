@@ -1,0 +1,461 @@
+"""The whole tracer against closed forms: every shape, material, light and sensor at least once, bounce by bounce.
+
+Most of these have no noise, so that each pixel must be right to rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from reference_tracer.random_walk import STRATEGIES, Strategy, render
+from scenes import (
+    AreaLight,
+    Blend,
+    Checkerboard,
+    Conductor,
+    ConstantEnvironment,
+    Dielectric,
+    DirectionalLight,
+    Disk,
+    Ellipsoid,
+    EnvironmentMap,
+    Image,
+    ImageTexture,
+    IrradianceMeter,
+    Lambertian,
+    Light,
+    Material,
+    Mesh,
+    Mirror,
+    Orthographic,
+    Pinhole,
+    PointLight,
+    Quad,
+    RadianceMeter,
+    RoughConductor,
+    RoughDielectric,
+    Scene,
+    Sensor,
+    Shape,
+    Sphere,
+    SphericalHarmonicsEnvironment,
+    SpotLight,
+    Surface,
+    ThinLens,
+    box,
+)
+from scenes.transforms import Affine, transformed
+
+strategies = pytest.mark.parametrize("strategy", STRATEGIES)
+BLACK = Lambertian((0.0,))
+PLANE = Quad((-1.0, -1.0, 0.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0))
+NEAR = Pinhole((0.1, -0.2, 0.3), (0.0, 0.1, -1.0), (0.0, 1.0, 0.0), 60.0, 6, 4)
+
+
+def down_at(x: float, y: float, degrees: float = 0.0) -> RadianceMeter:
+    """Looks at (x, y, 0) from above, inclined by so many degrees in the x–z plane."""
+    s, c = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    return RadianceMeter((x + 2 * s, y, 2 * c), (-s, 0.0, -c))
+
+
+def lit(surface: Surface | Shape, *lights: Light, sensor: Sensor, material: Material | None = None) -> Scene:
+    if not isinstance(surface, Surface):
+        assert material is not None
+        surface = Surface("it", surface, material)
+    return Scene((surface,), sensor, lights)
+
+
+def mean(scene: Scene, bounces: int, spp: int = 1, strategy: Strategy = "mis", seed: int = 0) -> np.ndarray:
+    """Of all pixels, ``(bounces + 1, channels)``."""
+    return render(scene, bounces, spp, seed, strategy).mean(axis=(1, 2))
+
+
+# ---- furnaces: e ρᵏ in any closed scene whose every lobe reflects the same share ρ
+
+RHO = (0.5, 0.9, 0.2)
+GLOW = AreaLight((1.0, 2.0, 0.5))
+
+
+def closed(shape: str, material: Material) -> tuple[Surface, ...]:
+    if shape == "box":
+        return box(
+            "room", (0, 0, 0), ((1, 0, 0), (0.2, 1, 0), (0, 0, 1)), material, inward=True, emission=GLOW
+        )
+    if shape == "sphere":
+        return (Surface("it", Sphere((0.0, 0.0, 0.0), 1.0, inward=True), material, GLOW),)
+    if shape == "ellipsoid":
+        egg = Ellipsoid((0.1, 0.0, 0.0), (1.0, 0.2, 0.0), (0.0, 0.8, 0.1), (0.0, 0.0, 1.3), inward=True)
+        return (Surface("it", egg, material, GLOW),)
+    half = [(-1, -1, -1), (1, -1, -1), (0, 1.2, -1), (0, 0, 1.5)]
+    mesh = Mesh(tuple(half), ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)))  # type: ignore[arg-type]
+    return (Surface("it", mesh, material, GLOW),)
+
+
+SAME_SHARE: dict[str, Material] = {
+    "lambertian": Lambertian(RHO),
+    "mirror": Mirror(RHO),
+    "blend": Blend(Mirror(RHO), Lambertian(RHO), 0.3),
+    "nested": Blend(Blend(Lambertian(RHO), Mirror(RHO), 0.6), Lambertian(RHO), 0.5),
+    "texture of one value": Lambertian(Checkerboard(RHO, RHO)),
+}
+
+
+@pytest.mark.parametrize("shape", ["box", "sphere", "ellipsoid", "mesh"])
+@pytest.mark.parametrize("material", SAME_SHARE)
+def test_furnaces(shape: str, material: str) -> None:
+    if shape == "mesh" and material.startswith("texture"):
+        pytest.skip("this mesh has no texture coordinates")
+    scene = Scene(
+        closed(shape, SAME_SHARE[material]), Pinhole((0.1, -0.2, 0.3), (0, 0.1, -1), (0, 1, 0), 60.0, 6, 4)
+    )
+    images = render(scene, 5, 3, 1, "bsdf")  # which makes no noise here: every walk finds e at every vertex
+    for k, image in enumerate(images):
+        expected = np.array(GLOW.radiance) * np.array(RHO) ** k
+        np.testing.assert_allclose(image, np.broadcast_to(expected, image.shape), rtol=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("strategy", ["nee", "mis"])
+def test_a_furnace_of_any_size(size: float, strategy: Strategy, expect_means: Callable[..., None]) -> None:
+    scene = transformed(Scene(closed("ellipsoid", Lambertian(RHO)), NEAR), Affine.scaling(size))
+    found = np.array([mean(scene, 2, 96, strategy, seed) for seed in range(24)])
+    for k in range(3):
+        expect_means(found[:, k], np.array(GLOW.radiance) * np.array(RHO) ** k, resolution=0.05)
+
+
+# ---- a constant environment
+
+
+@strategies
+def test_a_convex_body_reflects_it_once(strategy: Strategy) -> None:
+    ball = Surface("ball", Sphere((0.0, 0.0, -1.0), 0.7), Lambertian((0.3, 0.6)))
+    scene = lit(
+        ball, ConstantEnvironment((2.0, 1.0)), sensor=RadianceMeter((0.1, 0.0, 2.0), (0.0, 0.0, -1.0))
+    )
+    found = mean(scene, 2, 20_000, strategy)
+    assert found[0].tolist() == [0, 0]
+    # bsdf and mis draw the cosine: no noise. nee draws directions uniformly: cos/p has a relative deviation of 1.3
+    np.testing.assert_allclose(found[1], [0.6, 0.6], rtol=1e-12 if strategy == "bsdf" else 0.045)
+    assert found[2].tolist() == [0, 0]
+
+
+def fresnel(eta: float, cos_i: float) -> float:
+    """Unpolarised reflectance of a dielectric, transmitted side of relative index eta (Born and Wolf 1.5.2)."""
+    sin_t = math.sqrt(1 - cos_i**2) / eta
+    if sin_t >= 1:
+        return 1.0
+    cos_t = math.sqrt(1 - sin_t**2)
+    s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t)
+    p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t)
+    return (s * s + p * p) / 2
+
+
+@pytest.mark.parametrize("off", [0.0, 0.3, 0.55])
+def test_a_glass_ball(off: float, expect_means: Callable[..., None]) -> None:
+    """All internal angles are equal: F, (1 − F)², (1 − F)² F, (1 − F)² F², …; their sum is 1."""
+    ball = Surface("ball", Sphere((0.0, 0.0, 0.0), 0.6), Dielectric(1.5))
+    scene = lit(ball, ConstantEnvironment((1.0,)), sensor=RadianceMeter((off, 0.0, 3.0), (0.0, 0.0, -1.0)))
+    F = fresnel(1.5, math.sqrt(1 - (off / 0.6) ** 2))
+    expected = np.array([0, F, *((1 - F) ** 2 * F**j for j in range(4))])
+    found = np.array([mean(scene, 5, 2000, seed=seed)[:, 0] for seed in range(24)])
+    for k in range(4):  # of the later ones there are too few to judge
+        expect_means(found[:, k], expected[k], resolution=0.04, scale=1.0)
+    np.testing.assert_allclose(found.sum(axis=1), 1, atol=0.01)
+
+
+def test_seen_from_inside_glass(expect_means: Callable[..., None]) -> None:
+    """From the middle of a ball every ray leaves it straight: η² (1 − F) Fʲ; radiance ÷ η² is what is conserved."""
+    ball = Surface("ball", Sphere((0.0, 0.0, 0.0), 0.6), Dielectric(1.5))
+    scene = lit(ball, ConstantEnvironment((1.0,)), sensor=RadianceMeter((0.0, 0.0, 0.0), (0.0, 0.6, 0.8)))
+    F = fresnel(1.5, 1.0)
+    found = np.array([mean(scene, 3, 2000, seed=seed)[:, 0] for seed in range(24)])
+    for k, expected in enumerate([0, 2.25 * (1 - F), 2.25 * (1 - F) * F, 2.25 * (1 - F) * F * F]):
+        expect_means(found[:, k], expected, resolution=0.03, scale=2.25)
+
+
+METALS = {"eta": (0.2, 1.1, 2.9), "k": (3.9, 6.8, 2.5)}
+
+
+def metal_fresnel(eta: float, k: float, cos_i: float) -> float:
+    """By complex Snell and Fresnel (Born and Wolf 14.2), unpolarised."""
+    n = complex(eta, k)
+    cos_t = np.sqrt(1 - (1 - cos_i**2) / n**2 + 0j)
+    s = (cos_i - n * cos_t) / (cos_i + n * cos_t)
+    p = (n * cos_i - cos_t) / (n * cos_i + cos_t)
+    return float((abs(s) ** 2 + abs(p) ** 2) / 2)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 40.0, 75.0])
+def test_a_metal_at_an_angle(degrees: float) -> None:
+    scene = lit(
+        PLANE,
+        ConstantEnvironment((1.0, 2.0, 3.0)),
+        sensor=down_at(0.1, 0.2, degrees),
+        material=Conductor(**METALS),
+    )
+    cosine = math.cos(math.radians(degrees))
+    expected = [L * metal_fresnel(e, k, cosine) for L, e, k in zip((1, 2, 3), *METALS.values(), strict=True)]
+    np.testing.assert_allclose(mean(scene, 1)[1], expected, rtol=1e-12)
+
+
+ROUGH: dict[str, Material] = {
+    "metal that reflects all": RoughConductor((1.0,), (1e9,), 0.4),
+    "glass": RoughDielectric(0.4),
+}
+
+
+@pytest.mark.parametrize("material", ROUGH)
+@pytest.mark.parametrize("degrees", [10.0, 60.0])
+@strategies
+def test_what_a_rough_surface_loses(
+    material: str, degrees: float, strategy: Strategy, expect_means: Callable[..., None]
+) -> None:
+    """A lossless one returns a constant environment but for its stated single-scattering loss.
+
+    Through the glass the radiance of the other side comes ÷ η²; a black quad behind it stands for the dark inside.
+    """
+    from reference_tracer.reflection import bsdf_of
+
+    rough = ROUGH[material]
+    surfaces = [Surface("rough", PLANE, rough)]
+    scene = Scene(tuple(surfaces), down_at(0.0, 0.0, degrees), (ConstantEnvironment((1.0,)),))
+    loss = bsdf_of(scene).single_scattering_loss(0, np.array(math.cos(math.radians(degrees))))
+    spp, resolution = (20_000, 0.09) if strategy == "nee" else (1000, 0.05)
+    found = np.array([mean(scene, 1, spp, strategy, seed)[1] for seed in range(24)])
+    if material == "glass":  # R from above and T / η² from below, both of radiance 1
+        expect_means(found, _reflected_and_scaled(rough, degrees), resolution)
+    else:
+        assert 0 < float(loss) < 0.3
+        expect_means(found, 1 - float(loss), resolution)
+
+
+def _reflected_and_scaled(material: Material, degrees: float) -> float:
+    """∫ f cos over both sides by quadrature of Walter's formulas as written (2007, eq. 20, 21, 33), η = 1.5 below."""
+    assert isinstance(material, RoughDielectric)
+    a2, eta = material.alpha**2, material.interior_ior
+    z, w = np.polynomial.legendre.leggauss(400)
+    phi = 2 * np.pi * (np.arange(400) + 0.5) / 400
+    cos_i, phi = np.meshgrid(z, phi, indexing="ij")
+    weight = w[:, None] * (2 * np.pi / 400)
+    sin_i = np.sqrt(1 - cos_i**2)
+    i = np.stack([sin_i * np.cos(phi), sin_i * np.sin(phi), cos_i])
+    o = np.array([math.sin(math.radians(degrees)), 0.0, math.cos(math.radians(degrees))])[:, None, None]
+    up = cos_i > 0
+    h = np.where(up, i + o, -(i * eta + o))
+    h = h / np.linalg.norm(h, axis=0)
+    h = h * np.sign(h[2])
+    oh, ih = (o * h).sum(axis=0), (i * h).sum(axis=0)
+    D = a2 / (np.pi * (h[2] ** 2 * (a2 - 1) + 1) ** 2)
+
+    def lambda_(c: np.ndarray) -> np.ndarray:
+        return (np.sqrt(1 + a2 * (1 - c**2) / c**2) - 1) / 2
+
+    G = 1 / (1 + lambda_(o[2]) + lambda_(cos_i))
+    sin_t2 = (1 - oh**2) / eta**2
+    cos_t = np.sqrt(np.maximum(1 - sin_t2, 0))
+    s, p = (oh - eta * cos_t) / (oh + eta * cos_t), (eta * oh - cos_t) / (eta * oh + cos_t)
+    F = (s**2 + p**2) / 2
+    reflected = F * D * G / (4 * o[2] * np.abs(cos_i))
+    # Lo = ∫ f Li cos: towards the viewer outside, radiance from inside is scaled by (1 / η)²
+    refracted = np.abs(oh * ih) / np.abs(o[2] * cos_i) * (1 - F) * G * D / (oh + eta * ih) ** 2
+    refracted = np.where((oh > 0) & (ih < 0), refracted, 0)
+    f = np.where(up, np.where((oh > 0) & (ih > 0), reflected, 0), refracted)
+    return float((f * np.abs(cos_i) * weight).sum())
+
+
+# ---- mirrors
+
+
+def test_an_emitter_in_a_mirror() -> None:
+    lamp = Surface("lamp", Disk((0.5, 0.0, 1.0), (0.2, 0.0, 0.0), (0.0, -0.2, 0.0)), BLACK, AreaLight((3.0,)))
+    mirror = Surface("mirror", PLANE, Mirror((0.8,)))
+    camera = Orthographic((0.0, 0.0, 0.5), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1.0, 4, 4)
+    assert not render(Scene((lamp, mirror), camera), 2, 4, 0)[2].any()
+    # 45° down at (0, 0) and up to the lamp at (0.5, 0, 0.5)… which hangs at height 1: seen at x = −0.5
+    seen = RadianceMeter((-1.5, 0.0, 1.0), (1.0, 0.0, -1.0))
+    np.testing.assert_allclose(mean(Scene((lamp, mirror), seen), 2), [[0.0], [2.4], [0.0]], atol=1e-12)
+
+
+def test_two_parallel_mirrors() -> None:
+    """A ray that goes to and fro n times between them meets the lamp at their end: ρⁿ e, and nothing else."""
+    lower = Surface("lower", Quad((0, 0, 0), (10.5, 0, 0), (0, 1, 0)), Mirror((0.9,)))
+    upper = Surface("upper", Quad((0, 0, 1), (0, 1, 0), (10.5, 0, 0)), Mirror((0.8,)))
+    lamp = Surface("lamp", Quad((10.5, 0, 0), (0, 0, 1), (0, 1, 0)), BLACK, AreaLight((2.0,)))
+    slope = RadianceMeter((0.0, 0.5, 0.5), (2.0, 0.0, -1.0))  # meets lower, upper, … at x = 1, 3, 5, 7, 9
+    found = mean(Scene((lower, upper, lamp), slope), 7)[:, 0]
+    expected = np.zeros(8)
+    expected[5] = 2 * 0.9**3 * 0.8**2
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14)
+
+
+# ---- point, spot and directional lights on a plane
+
+
+def test_point_lights() -> None:
+    lights = PointLight((0.3, 0.1, 0.5), (2.0,)), PointLight((-0.5, 0.4, 1.5), (3.0,))
+    for x, y in ((0.3, 0.1), (-0.6, 0.7)):
+        scene = lit(PLANE, *lights, sensor=down_at(x, y), material=Lambertian((0.7,)))
+        expected = 0.0
+        for light in lights:
+            dx, dy, h = light.position[0] - x, light.position[1] - y, light.position[2]
+            expected += 0.7 / math.pi * light.intensity[0] * h / (dx**2 + dy**2 + h**2) ** 1.5
+        one = [
+            mean(lit(PLANE, light, sensor=down_at(x, y), material=Lambertian((0.7,))), 2) for light in lights
+        ]
+        np.testing.assert_allclose(sum(one)[:, 0], [0, expected, 0], rtol=1e-12)
+        assert mean(scene, 1, 4000)[1, 0] == pytest.approx(
+            expected, rel=0.1
+        )  # one of them is chosen by chance
+
+
+@pytest.mark.parametrize(("x", "share"), [(0.0, 1.0), (0.2, 1.0), (0.45, None), (0.9, 0.0)])
+@strategies
+def test_a_spot_light(x: float, share: float | None, strategy: Strategy) -> None:
+    spot = SpotLight((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (5.0,), cutoff=30.0, beam=15.0)
+    angle = math.degrees(math.atan(x))
+    share = (30 - angle) / 15 if share is None else share
+    found = mean(lit(PLANE, spot, sensor=down_at(x, 0.0), material=Lambertian((1.0,))), 2, strategy=strategy)
+    expected = share * 5 / math.pi / (1 + x * x) ** 1.5
+    np.testing.assert_allclose(found[:, 0], [0, expected, 0], rtol=1e-12)
+
+
+@strategies
+def test_directional_light_and_its_shadow(strategy: Strategy) -> None:
+    sun = DirectionalLight((1.0, 0.0, -1.0), (2.0,))
+    ball = Surface("ball", Sphere((0.0, 0.0, 0.5), 0.2), BLACK)
+    floor = Surface("floor", PLANE, Lambertian((0.5,)))
+    for x, expected in (
+        (-0.5, 0.5 / math.pi * 2 * math.sqrt(0.5)),
+        (0.5, 0.0),
+        (0.9, 0.5 / math.pi * 2 * math.sqrt(0.5)),
+    ):
+        found = mean(Scene((floor, ball), down_at(x, 0.0), (sun,)), 1, strategy=strategy)
+        np.testing.assert_allclose(found[:, 0], [0, expected], rtol=1e-12)
+
+
+def test_a_delta_light_is_not_seen_in_a_mirror() -> None:
+    scene = lit(
+        PLANE, PointLight((0.0, 0.0, 1.0), (1.0,)), sensor=down_at(0.0, 0.0, 20.0), material=Mirror((1.0,))
+    )
+    assert not mean(scene, 3).any()
+
+
+# ---- meters, lens, sides, textures, maps
+
+
+def test_irradiance_meters(expect_means: Callable[..., None]) -> None:
+    for normal in ((0.0, 0.0, 1.0), (0.0, 0.6, 0.8)):  # the plane is out of its sight
+        meter = IrradianceMeter((0.0, 0.0, 3.0), normal)
+        sky = lit(PLANE, ConstantEnvironment((0.5, 2.0)), sensor=meter, material=Lambertian((0.0, 0.0)))
+        np.testing.assert_allclose(mean(sky, 0, 500)[0], [0.5 * math.pi, 2 * math.pi], rtol=1e-12)
+    # under a coaxial disk: π e r² / (r² + h²)
+    disk = Surface("disk", Disk((0, 0, 1), (0.5, 0, 0), (0, -0.5, 0)), BLACK, AreaLight((3.0,)))
+    under = Scene((disk,), IrradianceMeter((0.0, 0.0, 0.2), (0.0, 0.0, 1.0)))
+    found = np.array([mean(under, 0, 2000, seed=seed)[0] for seed in range(24)])
+    expect_means(found, 3 * math.pi * 0.25 / (0.25 + 0.64), resolution=0.05)
+
+
+def test_a_lens_in_focus_sees_what_a_pinhole_sees() -> None:
+    """A linear texture in the plane of focus: each pixel its mean, whatever the aperture."""
+    ramp = ImageTexture(Image((((0.25,), (0.75,)),)))  # 0.25 at u = ¼ to 0.75 at u = ¾
+    surface = Surface("it", PLANE, Lambertian(ramp))
+    where = {
+        "origin": (0.0, 0.0, 3.0),
+        "target": (0.0, 0.0, 0.0),
+        "up": (0.0, 1.0, 0.0),
+        "fov": 15.0,
+        "width": 4,
+        "height": 4,
+    }
+    lens = ThinLens(aperture_radius=0.4, focus_distance=3.0, **where)  # type: ignore[arg-type]
+    sky, spp = ConstantEnvironment((1.0,)), 4000
+    sharp, pinhole = (
+        render(lit(surface, sky, sensor=s), 1, spp, 3, sampler="sobol")[1] for s in (lens, Pinhole(**where))
+    )  # type: ignore[arg-type]
+    edge = 3 * math.tan(math.radians(7.5))
+    expected = 0.5 + edge * (np.arange(4) - 1.5) / 2 / 2
+    for image in (sharp, pinhole):
+        np.testing.assert_allclose(image[..., 0], np.broadcast_to(expected, (4, 4)), atol=2e-4)
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+@strategies
+def test_sides(two_sided: bool, strategy: Strategy) -> None:
+    """Seen and lit from below, a plane is black, or as from above."""
+    below = RadianceMeter((0.1, 0.2, -2.0), (0.0, 0.0, 1.0))
+    for sensor, front in ((below, two_sided), (down_at(0.1, 0.2), True)):
+        glowing = Surface("it", PLANE, BLACK, AreaLight((2.0,)), two_sided)
+        assert mean(Scene((glowing,), sensor), 1, strategy=strategy)[:, 0].tolist() == [2.0 * front, 0.0]
+        grey = Surface("it", PLANE, Lambertian((0.5,)), two_sided=two_sided)
+        sun = DirectionalLight((0.0, 0.0, sensor.direction[2]), (math.pi,))
+        found = mean(lit(grey, sun, sensor=sensor), 2, strategy=strategy)[:, 0]
+        np.testing.assert_allclose(found, [0.0, 0.5 * front, 0.0], rtol=1e-12)
+
+
+def test_a_two_sided_lamp_lights_both_ways(expect_means: Callable[..., None]) -> None:
+    lamp = Surface(
+        "lamp", Disk((0, 0, 0), (0.5, 0, 0), (0, 0.5, 0)), BLACK, AreaLight((1.0,)), two_sided=True
+    )
+    white = Lambertian((1.0,))
+    up = Surface("up", Quad((-1, -1, -1), (2, 0, 0), (0, 2, 0)), white)
+    down = Surface("down", Quad((-1, -1, 1), (0, 2, 0), (2, 0, 0)), white)
+    for z in (1, -1):
+        look = RadianceMeter((0.6, 0.0, 0.4 * z), (-0.6, 0.0, 0.6 * z))  # at (0, 0, z)
+        found = np.array([mean(Scene((lamp, up, down), look), 1, 500, seed=seed)[1] for seed in range(24)])
+        expect_means(found, 0.25 / 1.25, resolution=0.05)
+
+
+def test_a_checkerboard() -> None:
+    board = Surface("it", PLANE, Lambertian(Checkerboard((0.2,), (0.6,), columns=2, rows=4)))
+    for x, y, albedo in ((-0.5, -0.9, 0.2), (0.5, -0.9, 0.6), (-0.5, -0.4, 0.6), (0.5, 0.9, 0.2)):
+        found = mean(lit(board, ConstantEnvironment((1.0,)), sensor=down_at(x, y)), 1, strategy="bsdf")
+        assert found[1, 0] == pytest.approx(albedo, rel=1e-12)
+
+
+def test_environments_from_everywhere(expect_means: Callable[..., None]) -> None:
+    """A map of upper and lower half, seen directly and reflected; order 2 of spherical harmonics by A_l."""
+    half = EnvironmentMap(Image((((3.0,),), ((3.0,),), ((1.0,),), ((1.0,),))))
+    for z, radiance in ((0.9, 3.0), (-0.9, 1.0)):
+        ray = RadianceMeter((0.0, 0.0, 5.0), (math.sqrt(1 - z * z), 0.0, z))
+        assert mean(lit(Sphere((9.0, 9.0, 9.0), 0.1), half, sensor=ray, material=BLACK), 0)[0, 0] == radiance
+    # linear in the latitude between ±22.5°: E / π = ∫ 2 L(sin φ) sin φ cos φ dφ by quadrature
+    latitude, w = np.polynomial.legendre.leggauss(2000)
+    latitude, w = (latitude + 1) * math.pi / 4, w * math.pi / 4
+    above = np.minimum(2 + latitude / (math.pi / 8), 3)
+    expected = float((2 * above * np.sin(latitude) * np.cos(latitude) * w).sum()) * 0.5
+    scene = lit(PLANE, half, sensor=down_at(0.0, 0.0), material=Lambertian((0.5,)))
+    found = np.array([mean(scene, 1, 500, seed=seed)[1] for seed in range(24)])
+    expect_means(found, expected, resolution=0.05)
+    # E(n) = Σ A_l c_lm Y_lm(n), A_0 = π, A_1 = 2π/3 (Ramamoorthi and Hanrahan 2001)
+    harmonics = SphericalHarmonicsEnvironment(((1.0,), (0.0,), (0.4,), (0.0,)))
+    y00, y10 = 0.5 / math.sqrt(math.pi), math.sqrt(3 / (4 * math.pi))
+    expected = 0.5 * (y00 + 2 / 3 * 0.4 * y10)
+    scene = lit(PLANE, harmonics, sensor=down_at(0.0, 0.0), material=Lambertian((0.5,)))
+    found = np.array([mean(scene, 1, 500, seed=seed)[1] for seed in range(24)])
+    expect_means(found, expected, resolution=0.05)
+
+
+@pytest.mark.parametrize("channels", [1, 2, 5, 16])
+def test_any_number_of_channels(channels: int) -> None:
+    values: list[Any] = [0.1 + 0.8 * i / channels for i in range(channels)]
+    room = box(
+        "room",
+        (0, 0, 0),
+        ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        Lambertian(tuple(values)),
+        inward=True,
+        emission=AreaLight(tuple(values)),
+    )
+    for strategy in ("bsdf", "mis"):
+        images = render(Scene(room, NEAR), 3, 2, 1, strategy)  # type: ignore[arg-type]
+        assert images.shape == (4, 4, 6, channels)
+    images = render(Scene(room, NEAR), 3, 2, 1, "bsdf")
+    for k in range(4):
+        np.testing.assert_allclose(
+            images[k], np.broadcast_to(np.array(values) ** (k + 1), images[k].shape), rtol=1e-12
+        )
