@@ -11,7 +11,8 @@ from typing import Self
 
 from benchmarks.sides import ours
 
-_ATTEMPTS = 20
+_PATIENCE = 120.0
+"""Seconds to wait for all workers to take part: they start one after the other."""
 
 
 class UnevenError(RuntimeError):
@@ -31,14 +32,14 @@ class Workers:
         Raises:
             UnevenError: time and again, a worker was so late that another one took its render.
         """
-        for _ in range(_ATTEMPTS):
-            start = time.perf_counter()
+        give_up = time.perf_counter() + _PATIENCE
+        while (start := time.perf_counter()) < give_up:
             tasks = [self._pool.submit(_render, self._spp, self.count * seed + i) for i in range(self.count)]
             workers = {task.result() for task in tasks}
             if len(workers) == self.count:
                 return time.perf_counter() - start
         raise UnevenError(
-            f"{_ATTEMPTS} times, fewer than {self.count} workers took part; expected all: render longer"
+            f"for {_PATIENCE:g} s, fewer than {self.count} workers took part at a time; expected all: render longer"
         )
 
     def __enter__(self) -> Self:
