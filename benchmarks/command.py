@@ -23,7 +23,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     effort = QUICK if options.quick else FULL
     if options.scaling:
-        measured = scaling.measure(effort.repetitions, options.quick, _progress("scaling"))
+        measured = scaling.measure(options.quick, _progress("scaling"))
         if options.json:
             print(scaling.as_json(measured).decode())
         else:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
+Clock = Literal["wall", "cpu"]
 
 ONE_CORE = 1.1
 """CPU time over wall-clock time that is still one core, clocks being what they are."""
@@ -22,32 +23,22 @@ class NotOneCoreError(RuntimeError):
 
 
 class Stopwatch:
-    """Wall-clock seconds per side, run after run, and that each side has kept to one core.
-
-    Attributes:
-        cores: CPU time of this process over wall-clock time, of each side in all its runs.
-    """
+    """Seconds per side, run after run, and that each side has kept to one core."""
 
     def __init__(self) -> None:
-        self._wall: dict[str, list[float]] = {}
-        self._cpu: dict[str, float] = {}
+        self._runs: dict[str, list[tuple[float, float]]] = {}
 
     def __call__(self, name: str, work: Callable[[], Any]) -> Any:
         """Do some work of a side; what it returns."""
         wall, cpu = time.perf_counter(), time.process_time()
         result = work()
-        self._wall.setdefault(name, []).append(time.perf_counter() - wall)
-        self._cpu[name] = self._cpu.get(name, 0.0) + time.process_time() - cpu
+        taken = time.perf_counter() - wall, time.process_time() - cpu
+        self._runs.setdefault(name, []).append(taken)
         return result
 
-    def seconds(self, name: str) -> Array:
-        """Of each run of a side, ``(runs,)``."""
-        return np.array(self._wall[name])
-
-    @property
-    def cores(self) -> dict[str, float]:
-        """See the class."""
-        return {name: cpu / sum(self._wall[name]) for name, cpu in self._cpu.items()}
+    def seconds(self, name: str, clock: Clock = "wall") -> Array:
+        """Of each run of a side, ``(runs,)``, on the wall or of the CPU."""
+        return np.array(self._runs[name])[:, get_args(Clock).index(clock)]
 
     def check(self) -> None:
         """Refuse times of a side that was not on one core.
@@ -55,7 +46,8 @@ class Stopwatch:
         Raises:
             NotOneCoreError: naming the side.
         """
-        for name, cores in self.cores.items():
+        for name in self._runs:
+            cores = self.seconds(name, "cpu").sum() / self.seconds(name).sum()
             if cores > ONE_CORE:
                 raise NotOneCoreError(
                     f"{name} kept {cores:.2f} cores busy; expected one: set its threads to 1"
@@ -63,7 +55,10 @@ class Stopwatch:
 
 
 def interleaved(
-    sides: Mapping[str, Callable[[int], Any]], repetitions: int, progress: Progress = lambda message: None
+    sides: Mapping[str, Callable[[int], Any]],
+    repetitions: int,
+    progress: Progress = lambda message: None,
+    clock: Clock = "wall",
 ) -> dict[str, Array]:
     """Time the sides in turn.
 
@@ -74,6 +69,7 @@ def interleaved(
         sides: what to run, by name; called with the number of the repetition, as a seed.
         repetitions: how many runs of each count.
         progress: told what goes on.
+        clock: whose seconds.
 
     Returns:
         Seconds of each run, ``(repetitions,)``.
@@ -89,7 +85,7 @@ def interleaved(
         for name in in_turn(list(sides), repetition):
             stopwatch(name, partial(sides[name], repetition))
     stopwatch.check()
-    return {name: stopwatch.seconds(name) for name in sides}
+    return {name: stopwatch.seconds(name, clock) for name in sides}
 
 
 def in_turn(names: list[str], repetition: int) -> list[str]:

@@ -38,7 +38,9 @@ def test_every_row_has_its_fields() -> None:
     }
     for row in rows:
         assert 0 < row["low"] <= row["high"], row
-        if not row["name"].startswith("equal-error"):  # of eight trials, a bootstrap may lie beside what it is for
+        if not row["name"].startswith(
+            "equal-error"
+        ):  # of eight trials, a bootstrap may lie beside what it is for
             assert row["low"] <= row["ratio"] <= row["high"], row
         assert row["verdict"] == ("below must" if row["ratio"] < row["must"] else
                                   "must" if row["ratio"] < row["aim"] else "aim")  # fmt: skip

@@ -63,7 +63,7 @@ def test_the_variance_of_a_resample_is_that_of_its_trials() -> None:
 def test_the_geometric_mean_of_costs() -> None:
     """Times 6 : 2, variances 4 : 1, 1 : 1 and 16 : 1: costs 12, 3 and 48, whose geometric mean is 12."""
     rng = np.random.default_rng(4)
-    theirs, ours = planted(rng, [0.2, 0.1, 0.4], 6.0, n=4000), planted(rng, [0.1, 0.1, 0.1], 2.0, n=4000)
+    theirs, ours = planted(rng, [0.2, 0.1, 0.4], 6.0, n=1000), planted(rng, [0.1, 0.1, 0.1], 2.0, n=1000)
     found = cost_ratio({"only": theirs}, ours)
     assert found.bounces == pytest.approx([12, 3, 48], rel=0.1)
     assert found.ratio.value == pytest.approx(np.prod(found.bounces) ** (1 / 3), rel=1e-12)

@@ -58,3 +58,8 @@ def test_a_side_on_two_cores_is_refused(clock: Clock) -> None:
 
 def test_a_side_that_waits_for_its_core_is_not(clock: Clock) -> None:
     assert len(interleaved({"waits": lambda _: clock.work(1.0, 0.5)}, 2)["waits"]) == 2
+
+
+def test_the_clock_can_be_that_of_the_cpu(clock: Clock) -> None:
+    times = interleaved({"waits": lambda repetition: clock.work(3.0, 1.0 + repetition)}, 2, clock="cpu")
+    np.testing.assert_allclose(times["waits"], [1, 2])
