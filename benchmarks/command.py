@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from importlib.metadata import version
 
@@ -29,12 +30,12 @@ def main(arguments: list[str] | None = None) -> int:
         else:
             _console().print(scaling.table(measured))
         return 0
-    chosen = options.row or list(ROWS)
+    chosen, load = options.row or list(ROWS), os.getloadavg()[0]
     rows = [row for name in ROWS if name in chosen for row in ROWS[name](effort, _progress(name))]
     if options.json:
         print(as_json(rows).decode())
     else:
-        _console().print(_table(rows))
+        _console().print(_table(rows, load))
     return int(any(row.decides and row.verdict == "below must" for row in rows))
 
 
@@ -61,9 +62,12 @@ def _console() -> Console:
     return console if console.is_terminal else Console(highlight=False, width=_PLAIN_WIDTH, no_color=True)
 
 
-def _table(rows: list[Row]) -> Table:
+def _table(rows: list[Row], load: float) -> Table:
+    """To read; with the load of the machine before, since on a busy one two processes can't be twice one."""
     versions = f"Mitsuba {version('mitsuba')} scalar_rgb, NumPy {version('numpy')}"
-    caption = f"one core per side; low–high: 95 %; {versions}"
+    caption = (
+        f"one core per side; low–high: 95 %; {versions}; load before: {load:.1f} of {os.cpu_count()} cores"
+    )
     table = Table(caption=caption, caption_justify="left")
     table.add_column("what")
     for column in ("ratio", "low–high", "must", "aim"):

@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from benchmarks import equal_error
-from benchmarks.processes import Workers
+from benchmarks.processes import RENDERS, Workers
 from benchmarks.row import Row, asked
 from benchmarks.sides import Mitsuba, ours
 from benchmarks.statistics import Ratio, median_ratio
@@ -94,7 +94,11 @@ def processes(effort: Effort, progress: Progress) -> list[Row]:
                 seconds[name].append({"one": one, "two": two}[name].seconds(repetition))
     taken = {name: np.array(values) for name, values in seconds.items()}
     # the same time for twice as many renders would be a ratio of 2
-    return [row.filled(median_ratio(taken["one"], taken["two"]) * 2, f"{_medians(taken)} for a render each")]
+    return [
+        row.filled(
+            median_ratio(taken["one"], taken["two"]) * 2, f"{_medians(taken)} for {RENDERS} renders each"
+        )
+    ]
 
 
 def finite_elements(effort: Effort, progress: Progress) -> list[Row]:
