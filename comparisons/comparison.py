@@ -202,7 +202,8 @@ def _judged_as(case: Case, name: str) -> tuple[str, list[str]]:
     """Which renderer is held against the case where this one is asked for, and what is to be said of it."""
     if not isinstance(case.answer, Estimate) or name.split(":")[0] != ESTIMATOR.split(":")[0]:
         return name, []
-    judged = STAND_IN if name == ESTIMATOR else name
+    # whatever its numbers come from, a strategy can't judge itself
+    judged = STAND_IN if name.split(":")[:2] == ESTIMATOR.split(":")[:2] else name
     return judged, [
         f"The truth was estimated by {ESTIMATOR}, which can't judge itself; {judged} is held against it. This tests "
         "one strategy of the reference tracer against another, and nothing else."

@@ -22,7 +22,7 @@ from scenes import Case, Formula, Scene, Truth
 from scenes.formats import exr
 from scenes.library import case as find_case
 
-ESTIMATOR = "reference:mis"
+ESTIMATOR = "reference:mis:sobol"
 """The renderer that estimates a truth. It can't be judged by its own work."""
 
 STAND_IN = "reference:nee"

@@ -18,10 +18,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer.area_lights import AreaEmitter, ZoneEmitter, area_lights
-from reference_tracer.delta_lights import DeltaEmitter, delta_lights
-from reference_tracer.emitter_sample import EmitterSample
-from reference_tracer.environments import EnvironmentEmitter, NegativeRadianceError, environment
+from reference_tracer.emitters.area_lights import AreaEmitter, ZoneEmitter, area_lights
+from reference_tracer.emitters.delta_lights import DeltaEmitter, delta_lights
+from reference_tracer.emitters.emitter_sample import EmitterSample
+from reference_tracer.emitters.environments import EnvironmentEmitter, NegativeRadianceError, environment
 from reference_tracer.points import NOWHERE, Points
 from scenes import Disk, Mesh, Quad, Scene, Shape, Sphere
 
@@ -40,6 +40,8 @@ class Emitters:
     Attributes:
         dimensions: random numbers that a sample takes: 2, one more for a choice among several emitters; 0 if
             there is nothing to choose from.
+        emits: whether a ray finds light on a surface, ``(surfaces + 1,)``; the last one, NOWHERE, is the
+            environment.
 
     Raises:
         NegativeRadianceError: a spherical-harmonics environment is negative somewhere.

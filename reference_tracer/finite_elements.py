@@ -10,7 +10,7 @@ K is geometry alone, so that one operator F serves all channels. Bases (see ``ba
     constant   one value on each of equal patches: radiosity (Goral et al. 1984)
     haar       the same space in its wavelets, small entries of T dropped (Gortler et al. 1993)
 
-F is made of one block per pair of surfaces: exact one-dimensional factors for rectangles at a right angle
+F is made of one block per pair of surfaces: exact one-dimensional factors for rectangles with a common frame
 (``separable_kernel``), interpolation for pairs far apart, adaptive quadrature with ray-cast visibility for the rest
 (``form_factors``). Zatz 1993, Galerkin radiosity, SIGGRAPH; Atkinson and Chandler 1998, The collocation method for
 solving the radiosity equation for unoccluded surfaces, J. Integral Equ. Appl. 10(3).
@@ -20,8 +20,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from itertools import pairwise
+from functools import cached_property, partial
+from itertools import combinations, pairwise
 from typing import Literal
 
 import numpy as np
@@ -29,12 +29,18 @@ import scipy.sparse
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from reference_tracer import haar, pixel_averages
-from reference_tracer.bases import Patches
-from reference_tracer.form_factors import AdaptiveQuadrature, DenseBlock, FarBlock, far_orders, of_patches
-from reference_tracer.meshing import Sight, Splits, check, diameter, meshed
+from reference_tracer.elements import haar, pixel_averages
+from reference_tracer.elements.bases import Patches
+from reference_tracer.elements.form_factors import AdaptiveQuadrature, DenseBlock, FarBlock, far_orders, of_patches
+from reference_tracer.elements.meshing import Sight, Splits, check, diameter, meshed
 from reference_tracer.propagation import RayCaster
-from reference_tracer.separable_kernel import Aligned, SeparableBlock, Transforms, exponents
+from reference_tracer.elements.separable_kernel import (
+    Aligned,
+    ParallelBlock,
+    PerpendicularBlock,
+    Transforms,
+    exponents,
+)
 from scenes import Scene
 
 Array = NDArray[np.float64]
@@ -71,8 +77,8 @@ class FormFactors:
         self.size = int(ends[-1])
         self._sight, self._cast = Sight(surfaces), RayCaster(scene)
         self._align()
-        count, self._dense = range(len(surfaces)), 0
-        self.blocks = {(i, j): self._block(i, j) for i in count for j in count if self._sight.see(i, j)}
+        count = range(len(surfaces))
+        self._plan = {(i, j): self._shortcut(i, j) for i in count for j in count if self._sight.see(i, j)}
 
     def __call__(self, values: Array) -> Array:
         """Fields ``(fields, nodes)`` → ``(fields, nodes)``."""
@@ -84,7 +90,19 @@ class FormFactors:
     @property
     def structured(self) -> bool:
         """Whether no pair of surfaces needs adaptive quadrature."""
-        return self._dense == 0
+        return None not in self._plan.values()
+
+    @cached_property
+    def blocks(self) -> dict[tuple[int, int], Block]:
+        """(i, j) → the operator from surface j to surface i, for pairs that see each other."""
+        pairs = [pair for pair, shortcut in self._plan.items() if shortcut is None]
+        entries = sum(len(self.surfaces[i]) * len(self.surfaces[j]) for i, j in pairs)
+        if entries > MOST:
+            raise ValueError(
+                f"order and levels make {self.size} nodes, and {entries:.0e} entries of matrices between surfaces "
+                f"that need quadrature; expected at most {MOST:.0e}: lower order or levels"
+            )
+        return {(i, j): make() if make else self._by_quadrature(i, j) for (i, j), make in self._plan.items()}
 
     def matrix(self) -> Array:
         """F in full, ``(nodes, nodes)``."""
@@ -101,41 +119,42 @@ class FormFactors:
         """Rectangles in as few frames as there are: those of a room share one, those of a turned block another."""
         unit = diameter(self.surfaces)
         frames: list[Array] = []
-        self._aligned: list[tuple[int, Aligned] | None] = []
-        nearest = 1.0
-        for patches in self.surfaces:
-            u, n = patches.edges[0] / np.linalg.norm(patches.edges[0]), patches.normal
-            own = np.stack([u, np.cross(n, u), n], axis=1)
-            for k, frame in enumerate([*frames, own]):
-                if aligned := Aligned.of(patches, frame, unit):
-                    frames += [own] if k == len(frames) else []
-                    nearest = min(nearest, *(mesh.nodes[0] - mesh.breaks[0] for mesh in aligned.meshes))
-                    nearest = min(nearest, *(mesh.breaks[-1] - mesh.nodes[-1] for mesh in aligned.meshes))
-                    self._aligned.append((k, aligned))
-                    break
-            else:
-                self._aligned.append(None)
-        self._transforms = Transforms(exponents(nearest, farthest=1.0))
+        self._aligned = [_in_a_frame(patches, frames, unit) for patches in self.surfaces]
+        found = [each for each in self._aligned if each]
+        # how near a node of one comes to another one: across a shared edge, or from plane to plane
+        near = [1.0, *(aligned.margin for _, aligned in found)]
+        for (k, a), (l, b) in combinations(found, 2):  # noqa: E741
+            if k == l and a.axes[2] == b.axes[2] and a.level != b.level:
+                near.append(abs(a.level - b.level))
+        self._transforms = Transforms(exponents(min(near), farthest=1.0))
 
-    def _block(self, i: int, j: int) -> Block:
-        """The operator from surface j to surface i."""
+    def _shortcut(self, i: int, j: int) -> Callable[[], Block] | None:
+        """What makes the operator from surface j to surface i, unless that is adaptive quadrature."""
         receiver, source = self.surfaces[i], self.surfaces[j]
-        if self._sight.face(i, j) and not self._sight.hidden(i, j):
-            if orders := far_orders(receiver, source, FAR_ACCURACY):
-                return FarBlock(receiver, source, orders)
-            a, b = self._aligned[i], self._aligned[j]
-            if a and b and a[0] == b[0] and a[1].axes[2] != b[1].axes[2]:
-                return SeparableBlock(a[1], b[1], self._transforms)
-            if source.support == 1:
-                return DenseBlock(of_patches(receiver, source))
+        if self._sight.hidden(i, j) or not self._sight.face(i, j):
+            return None
+        if orders := far_orders(receiver, source, FAR_ACCURACY):
+            return partial(FarBlock, receiver, source, orders)
+        a, b = self._aligned[i], self._aligned[j]
+        if a and b and a[0] == b[0]:
+            kind = ParallelBlock if a[1].axes[2] == b[1].axes[2] else PerpendicularBlock
+            return partial(kind, a[1], b[1], self._transforms)
+        return (lambda: DenseBlock(of_patches(receiver, source))) if source.support == 1 else None
+
+    def _by_quadrature(self, i: int, j: int) -> Block:
         visible = (self._cast, i, j) if self._sight.hidden(i, j) else None
-        self._dense += len(receiver) * len(source)
-        if self._dense > MOST:
-            raise ValueError(
-                f"order and levels make {self.size} nodes, and between surfaces without structure matrices of more "
-                f"than {MOST:.0e} entries; expected fewer: lower order or levels"
-            )
-        return DenseBlock(AdaptiveQuadrature(receiver, source, visible).matrix)
+        return DenseBlock(AdaptiveQuadrature(self.surfaces[i], self.surfaces[j], visible).matrix)
+
+
+def _in_a_frame(patches: Patches, frames: list[Array], unit: float) -> tuple[int, Aligned] | None:
+    """The first frame that a quad fits into, or its own one, which is then added; None if it is no rectangle."""
+    u, n = patches.edges[0] / np.linalg.norm(patches.edges[0]), patches.normal
+    own = np.stack([u, np.cross(n, u), n], axis=1)
+    for k, frame in enumerate([*frames, own]):
+        if aligned := Aligned.of(patches, frame, unit):
+            frames[k:] = frames[k:] or [own]
+            return k, aligned
+    return None
 
 
 @dataclass(frozen=True)
@@ -312,7 +331,7 @@ def solve(
     if (
         basis == "legendre"
         and None in (order, levels)
-        and not FormFactors(scene, meshed(scene, 1, 0)).structured
+        and not FormFactors(scene, meshed(scene, 2, 0)).structured
     ):
         usual = WITHOUT_STRUCTURE
     order, levels = usual[0] if order is None else order, usual[1] if levels is None else levels

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer import sampling
-from reference_tracer.delta_lights import delta_lights
+from reference_tracer.emitters.delta_lights import delta_lights
 from reference_tracer.emission import Emitters
 from reference_tracer.points import NOWHERE, Points
 from reference_tracer.propagation import RayCaster

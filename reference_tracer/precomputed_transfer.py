@@ -5,7 +5,7 @@ Distant radiance is Σ_lm c_lm y_lm(ω). Each y_lm lights the scene by itself, a
     TE(x) = Σ_lm c_lm M_lm(x),     M_lm(x) = ρ/π ∫ y_lm(ω) V(x, ω) cos θ dω,     TᵏE = Σ_lm c_lm (Tᵏ⁻¹ M_lm)(x)
 
 with V = 1 where the ray from x along ω leaves the scene. The vectors Tᵏ⁻¹M(x) are computed once; any light is then
-a scalar product (Sloan, Kautz and Snyder 2002, Precomputed radiance transfer, SIGGRAPH, sec. 4 and 5). Surfaces are
+a scalar product (Sloan, Kautz and Snyder 2002, Precomputed radiance transfer, SIGGRAPH). Surfaces are
 taken as not emitting, and the bare sky is not in the images: both are E, and known without any transport.
 """
 
@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer import pixel_averages, sampling, spherical_harmonics
-from reference_tracer.bases import Patches, uniform
+from reference_tracer.elements import pixel_averages
+from reference_tracer import sampling, spherical_harmonics
+from reference_tracer.elements.bases import Patches, uniform
 from reference_tracer.finite_elements import WITHOUT_STRUCTURE, FormFactors, nodal_albedo
-from reference_tracer.meshing import Splits, check, meshed
+from reference_tracer.elements.meshing import Splits, check, meshed
 from reference_tracer.propagation import NOWHERE, Points, RayCaster
 from scenes import Scene
 

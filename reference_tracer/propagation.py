@@ -12,10 +12,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer import parallelepipeds
-from reference_tracer.coordinates import Coordinates
-from reference_tracer.hierarchy import LEAF, Hierarchy
-from reference_tracer.intersection import (
+from reference_tracer.shapes import parallelepipeds
+from reference_tracer.shapes.coordinates import Coordinates
+from reference_tracer.shapes.hierarchy import LEAF, Hierarchy
+from reference_tracer.shapes.intersection import (
     Boxes,
     Ellipsoids,
     Flats,
@@ -24,7 +24,7 @@ from reference_tracer.intersection import (
     triangle_excess,
 )
 from reference_tracer.points import NOWHERE, Points
-from reference_tracer.primitives import Primitives
+from reference_tracer.shapes.primitives import Primitives
 from scenes import Disk, Mesh, PointLight, Quad, Scene, SpotLight
 
 Array = NDArray[np.float64]
@@ -78,7 +78,8 @@ class RayCaster:
         if not self._occluders:
             return np.ones(len(origin), dtype=bool)
         t, primitive = _nearest(self._occluders, origin, d)
-        return (t >= distance) | ((primitive == target) & (target != NOWHERE))
+        visible: NDArray[np.bool_] = (t >= distance) | ((primitive == target) & (target != NOWHERE))
+        return visible
 
 
 def _nearest(shapes: list[Shapes], origin: Points, d: Array) -> tuple[Array, Indices]:
@@ -134,15 +135,16 @@ def _occluders(primitives: Primitives, scene: Scene) -> Indices:
     if any(not isinstance(light, PointLight | SpotLight) for light in scene.lights):
         return everything  # some segments end infinitely far
     lights = [light.position for light in scene.lights if isinstance(light, PointLight | SpotLight)]
-    points = np.concatenate([primitives.corners().reshape(-1, 3), np.array(lights).reshape(-1, 3)])
+    corners = primitives.corners()
+    points = np.unique(np.concatenate([*corners, np.array(lights).reshape(-1, 3)]), axis=0)
     tolerance = 1e-12 * np.abs(points).max(initial=0)
 
     def occludes(i: int) -> bool:
         if primitives.round[i]:
-            others = np.delete(points, slice(8 * i, 8 * i + 8), axis=0)  # its own corners lie outside
+            others = np.concatenate([*np.delete(corners, i, axis=0), np.array(lights).reshape(-1, 3)])
             local = (others - primitives.center[i]) @ np.linalg.inv(primitives.axes[i])
             return bool(((local**2).sum(axis=1) > 1 + 1e-12).any())
         side = (points - primitives.center[i]) @ primitives.normal[i]
         return bool(side.min() < -tolerance and side.max() > tolerance)
 
-    return np.array([i for i in everything if occludes(i)], dtype=np.intp)
+    return np.array([i for i in everything.tolist() if occludes(i)], dtype=np.intp)

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer import sampling
-from reference_tracer.bsdf import BSDF, TINY, BSDFSample, cosine, dot, front, table
-from reference_tracer.microfacet import RoughConductorBSDF, RoughDielectricBSDF
-from reference_tracer.propagation import NOWHERE, Points
-from reference_tracer.specular import ConductorBSDF, DielectricBSDF, MirrorBSDF
-from reference_tracer.textures import Albedo
+from reference_tracer.bsdfs.bsdf import BSDF, TINY, BSDFSample, cosine, dot, front, table
+from reference_tracer.bsdfs.microfacet import RoughConductorBSDF, RoughDielectricBSDF
+from reference_tracer.points import NOWHERE, Points
+from reference_tracer.bsdfs.specular import ConductorBSDF, DielectricBSDF, MirrorBSDF
+from reference_tracer.bsdfs.textures import Albedo
 from scenes import (
     Blend,
     Conductor,

@@ -17,7 +17,6 @@ from typing import Literal, Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from reference_tracer import sampling
 
@@ -56,7 +55,7 @@ def independent(width: int, height: int, spp: int, seed: int, dimensions: int) -
         rng = sampling.stream(seed, number)
         rows, columns = np.divmod(np.tile(np.arange(start, end), samples), width)
         position = np.stack([columns, rows]) + rng.random((2, len(rows)))
-        yield Block(position, lambda d, lanes, rng=rng: rng.random((d, len(lanes))))  # type: ignore[misc]
+        yield Block(position, lambda d, lanes, rng=rng: rng.random((d, len(lanes))))
 
 
 def _parts(pixels: int, spp: int) -> Iterator[tuple[int, int, int]]:
@@ -74,6 +73,8 @@ def sobol(width: int, height: int, spp: int, seed: int, dimensions: int) -> Iter
     The first two dimensions lie over a rectangle of 2ᵃ × 2ᵇ pixels that holds the image. They are a
     (0, 2)-sequence: of 2ᵃ⁺ᵇ consecutive points each pixel gets exactly one. Points beside the image are left out.
     """
+    from scipy.stats import qmc  # here alone: the rest of the tracer needs NumPy and nothing else
+
     columns, rows = (1 << (size - 1).bit_length() for size in (width, height))
     engine = qmc.Sobol(2 + dimensions, scramble=True, rng=sampling.stream(seed))
     count = columns * rows * spp

@@ -80,12 +80,14 @@ def square_to_cone_pdf(versine: Array | float) -> Array | float:
 
 def from_versine(versine: Array, turn: Array) -> Array:
     """The directions with that 1 − cos θ, and the azimuth as a share of a full turn."""
-    return np.stack([*np.sqrt(versine * (2 - versine)) * circle(turn), 1 - versine])
+    radius: Array = np.sqrt(versine * (2 - versine))
+    return np.stack([*radius * circle(turn), 1 - versine])
 
 
 def square_to_disk(u: Array) -> Array:
     """Points of the unit disk, uniform by area, ``(2, n)``."""
-    return np.sqrt(u[0]) * circle(u[1])
+    points: Array = np.sqrt(u[0]) * circle(u[1])
+    return points
 
 
 def square_to_disk_pdf() -> float:

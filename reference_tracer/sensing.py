@@ -62,7 +62,8 @@ def camera_rays(sensor: Sensor, block: Block) -> CameraRays:
 
 
 def _unit(d: Array) -> Array:
-    return d / np.linalg.norm(d, axis=0)
+    unit: Array = d / np.linalg.norm(d, axis=0)
+    return unit
 
 
 class Film:

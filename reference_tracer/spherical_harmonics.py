@@ -5,7 +5,7 @@
          = √2 N_lm P_l^|m|(z) · sin |m|φ    m < 0        N_lm² = (2l + 1) / 4π · (l − |m|)! / (l + |m|)!
 
 P_l^m is taken without the Condon–Shortley phase (−1)^m, so that the first ones are √(1/4π), √(3/4π) (y, z, x): the
-signs of Ramamoorthi and Hanrahan 2001, An efficient representation for irradiance environment maps, eq. 3. The
+signs of Ramamoorthi and Hanrahan 2001, An efficient representation for irradiance environment maps. The
 harmonic of degree l and order m has the index l (l + 1) + m.
 """
 

@@ -18,7 +18,7 @@ _ORIGIN: Vector = (0.0, 0.0, 0.0)
 _UNCHANGED: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-class Affine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Affine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """x ↦ A x + b with an invertible A. ``F @ G`` first applies G, then F.
 
     Attributes:

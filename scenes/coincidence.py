@@ -17,7 +17,6 @@ from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from scenes.materials import has_dielectric
 from scenes.overlaps import disk_overlaps_polygon, disks_overlap, polygons_overlap
@@ -161,22 +160,20 @@ def _feet(pieces: _Pieces, normals: Array, chosen: Indices) -> Indices:
     start, end = pieces.corners, np.roll(pieces.corners, -1, axis=1)
     owner, edge = np.nonzero((start != end).any(axis=2) & ~pieces.is_disk[:, None])
     ends = np.concatenate([start[owner, edge], end[owner, edge]], axis=1)
-    tree = KDTree(np.concatenate([ends, np.roll(ends, 3, axis=1)]))  # in either direction
-
-    def is_foot(piece: int) -> bool:
-        corner, normal = pieces.corners[piece, 0], normals[piece]
-        own = ends[slice(*np.searchsorted(owner, [piece, piece + 1]))]
-        for e in own:
-            length = float(np.linalg.norm(e[3:] - e[:3]))
-            near = owner[np.array(tree.query_ball_point(e, _SHARED * length)) % len(owner)]
-            height = ((pieces.corners[near] - corner) @ normal) / length
-            behind = (height < _SHARED).all(axis=1)
-            rises = (height < -_SHARED).any(axis=1) | (normals[near] @ normal > 0)
-            if not (behind & rises & (near != piece)).any():
-                return False
-        return len(own) > 0  # a disk has no edges
-
-    return np.array([piece for piece in chosen if is_foot(piece)], dtype=np.int64)
+    length = np.linalg.norm(ends[:, 3:] - ends[:, :3], axis=1)
+    both = np.concatenate([ends, np.roll(ends, 3, axis=1)])  # neighbours run along it in either direction
+    pad = _SHARED / 2 * np.tile(length, 2)[:, None]
+    closed = np.zeros(len(owner), dtype=bool)
+    for e, f in meeting_pairs(both - pad, both + pad):
+        for own, other in ((e % len(owner), f % len(owner)), (f % len(owner), e % len(owner))):
+            piece, neighbour = owner[own], owner[other]
+            offsets = pieces.corners[neighbour] - pieces.corners[piece, :1]
+            height = np.einsum("nci,ni->nc", offsets, normals[piece]) / length[own, None]
+            rises = (height < -_SHARED).any(axis=1) | ((normals[piece] * normals[neighbour]).sum(axis=1) > 0)
+            closed[own[(height < _SHARED).all(axis=1) & rises & (piece != neighbour)]] = True
+    open_ = np.zeros(len(pieces.corners), dtype=bool)
+    open_[owner[~closed]] = True
+    return chosen[~open_[chosen] & ~pieces.is_disk[chosen]]
 
 
 def _check_round(surfaces: Sequence[Surface]) -> None:

@@ -11,7 +11,7 @@ from scenes.tables import table
 Pixel = tuple[float, ...]
 
 
-class Image(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Image(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """A grid of values per channel.
 
     Attributes:

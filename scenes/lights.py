@@ -25,7 +25,7 @@ from scenes.validation import (
 )
 
 
-class PolarRange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class PolarRange(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """A zone of a sphere: the points whose polar angle, measured from ``axis``, lies in [low, high].
 
     Attributes:
@@ -61,7 +61,9 @@ class PolarRange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return math.sin((high + low) / 2) * math.sin((high - low) / 2)
 
 
-class AreaLight(msgspec.Struct, frozen=True, tag_field="type", tag="area", forbid_unknown_fields=True):
+class AreaLight(
+    msgspec.Struct, frozen=True, tag_field="type", tag="area", forbid_unknown_fields=True, omit_defaults=True
+):
     """A surface that emits the same radiance from its front into every direction.
 
     Attributes:
@@ -80,7 +82,9 @@ class AreaLight(msgspec.Struct, frozen=True, tag_field="type", tag="area", forbi
 Emission = AreaLight
 
 
-class PointLight(msgspec.Struct, frozen=True, tag_field="type", tag="point", forbid_unknown_fields=True):
+class PointLight(
+    msgspec.Struct, frozen=True, tag_field="type", tag="point", forbid_unknown_fields=True, omit_defaults=True
+):
     """Emits from one point, the same into every direction.
 
     Attributes:
@@ -101,7 +105,9 @@ class PointLight(msgspec.Struct, frozen=True, tag_field="type", tag="point", for
         return len(self.intensity)
 
 
-class SpotLight(msgspec.Struct, frozen=True, tag_field="type", tag="spot", forbid_unknown_fields=True):
+class SpotLight(
+    msgspec.Struct, frozen=True, tag_field="type", tag="spot", forbid_unknown_fields=True, omit_defaults=True
+):
     """Emits from one point into a cone.
 
     The intensity is the full one up to the angle ``beam`` from the direction, 0 from ``cutoff`` on, and falls
@@ -137,7 +143,12 @@ class SpotLight(msgspec.Struct, frozen=True, tag_field="type", tag="spot", forbi
 
 
 class DirectionalLight(
-    msgspec.Struct, frozen=True, tag_field="type", tag="directional", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="directional",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """Parallel light from infinitely far.
 
@@ -160,7 +171,12 @@ class DirectionalLight(
 
 
 class ConstantEnvironment(
-    msgspec.Struct, frozen=True, tag_field="type", tag="constant", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="constant",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """The same radiance from every direction.
 
@@ -183,7 +199,12 @@ _WORLD: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0,
 
 
 class EnvironmentMap(
-    msgspec.Struct, frozen=True, tag_field="type", tag="environment_map", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="environment_map",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """Radiance by latitude and longitude, bilinear between the centres of pixels.
 
@@ -210,7 +231,12 @@ class EnvironmentMap(
 
 
 class SphericalHarmonicsEnvironment(
-    msgspec.Struct, frozen=True, tag_field="type", tag="spherical_harmonics", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="spherical_harmonics",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """Radiance as a sum of real spherical harmonics, Σ c_lm Y_lm, nowhere negative.
 

@@ -6,7 +6,7 @@ dielectric, goes with any number of channels.
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 import msgspec
 import numpy as np
@@ -17,7 +17,12 @@ from scenes.validation import SceneError, instance, number, path, per_channel, p
 
 
 class Checkerboard(
-    msgspec.Struct, frozen=True, tag_field="type", tag="checkerboard", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="checkerboard",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """Two values in turn over squares of texture coordinates (u, v).
 
@@ -45,7 +50,9 @@ class Checkerboard(
         return len(self.even)
 
 
-class ImageTexture(msgspec.Struct, frozen=True, tag_field="type", tag="image", forbid_unknown_fields=True):
+class ImageTexture(
+    msgspec.Struct, frozen=True, tag_field="type", tag="image", forbid_unknown_fields=True, omit_defaults=True
+):
     """An image over texture coordinates: its top left corner is (0, 1), its bottom right one (1, 0).
 
     Attributes:
@@ -74,9 +81,17 @@ class ImageTexture(msgspec.Struct, frozen=True, tag_field="type", tag="image", f
 
 
 Texture = Checkerboard | ImageTexture
+Shadowing = Literal["correlated", "separable"]
 
 
-class Lambertian(msgspec.Struct, frozen=True, tag_field="type", tag="lambertian", forbid_unknown_fields=True):
+class Lambertian(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="lambertian",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """Reflects the same radiance into every direction: f_r = albedo / π (Lambert 1760).
 
     Attributes:
@@ -100,7 +115,14 @@ class Lambertian(msgspec.Struct, frozen=True, tag_field="type", tag="lambertian"
         return isinstance(self.albedo, Texture)
 
 
-class Mirror(msgspec.Struct, frozen=True, tag_field="type", tag="mirror", forbid_unknown_fields=True):
+class Mirror(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="mirror",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """Reflects into the mirrored direction alone, at any angle the same share.
 
     Attributes:
@@ -118,26 +140,41 @@ class Mirror(msgspec.Struct, frozen=True, tag_field="type", tag="mirror", forbid
         return len(self.reflectance)
 
 
-class Dielectric(msgspec.Struct, frozen=True, tag_field="type", tag="dielectric", forbid_unknown_fields=True):
+class Dielectric(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="dielectric",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """A smooth boundary between two clear media; reflects and refracts by Fresnel's equations.
 
     The front of the surface looks into the exterior. Radiance scales by (η / η′)² where it is refracted.
 
     Attributes:
         interior_ior: index of refraction behind the surface, > 0.
-        exterior_ior: index of refraction in front of it, > 0.
+        exterior_ior: index of refraction in front of it, > 0. Where the two are the same there is no boundary, and
+            crossing it would be no bounce: leave the surface out.
     """
 
     interior_ior: float = 1.5
     exterior_ior: float = 1.0
 
     def __post_init__(self) -> None:
-        positive(self, "interior_ior", "exterior_ior")
+        _two_media(self)
 
     channels = None
 
 
-class Conductor(msgspec.Struct, frozen=True, tag_field="type", tag="conductor", forbid_unknown_fields=True):
+class Conductor(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="conductor",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """A smooth metal; reflects by Fresnel's equations with the complex index η + ik relative to the outside.
 
     Attributes:
@@ -158,18 +195,25 @@ class Conductor(msgspec.Struct, frozen=True, tag_field="type", tag="conductor", 
 
 
 class RoughConductor(
-    msgspec.Struct, frozen=True, tag_field="type", tag="rough_conductor", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="rough_conductor",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
-    """A rough metal: GGX microfacets, height-correlated Smith shadowing, single scattering (Walter et al. 2007).
+    """A rough metal: GGX microfacets, single scattering (Walter et al. 2007).
 
     Attributes:
         eta, k: complex index of refraction per channel, as of a conductor.
         alpha: roughness, in [0.001, 1].
+        shadowing: Smith's, ``correlated`` by the height of facets (pbrt) or ``separable`` (Walter; Mitsuba).
     """
 
     eta: tuple[float, ...]
     k: tuple[float, ...]
     alpha: float
+    shadowing: Shadowing = "correlated"
 
     def __post_init__(self) -> None:
         _complex_ior(self)
@@ -182,30 +226,36 @@ class RoughConductor(
 
 
 class RoughDielectric(
-    msgspec.Struct, frozen=True, tag_field="type", tag="rough_dielectric", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="rough_dielectric",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """A rough boundary between two clear media: GGX microfacets, single scattering (Walter et al. 2007).
 
     Attributes:
         alpha: roughness, in [0.001, 1].
-        interior_ior, exterior_ior: as of a dielectric; they must differ.
+        interior_ior, exterior_ior: as of a dielectric.
+        shadowing: as of a rough metal; the same for refraction.
     """
 
     alpha: float
     interior_ior: float = 1.5
     exterior_ior: float = 1.0
+    shadowing: Shadowing = "correlated"
 
     def __post_init__(self) -> None:
         _roughness(self)
-        positive(self, "interior_ior", "exterior_ior")
-        if self.interior_ior == self.exterior_ior:
-            expected = "another index than exterior_ior: without refraction there is no rough boundary"
-            raise SceneError(path(self, "interior_ior"), self.interior_ior, expected)
+        _two_media(self)
 
     channels = None
 
 
-class Blend(msgspec.Struct, frozen=True, tag_field="type", tag="blend", forbid_unknown_fields=True):
+class Blend(
+    msgspec.Struct, frozen=True, tag_field="type", tag="blend", forbid_unknown_fields=True, omit_defaults=True
+):
     """A mixture: (1 − weight) · first + weight · second.
 
     Attributes:
@@ -251,6 +301,15 @@ def _roughness(owner: RoughConductor | RoughDielectric) -> None:
     expected = "a roughness in [0.001, 1]; below that use the smooth material"
     if not 0.001 <= number(owner, "alpha", expected) <= 1:
         raise SceneError(path(owner, "alpha"), owner.alpha, expected)
+    if owner.shadowing not in get_args(Shadowing):
+        raise SceneError(path(owner, "shadowing"), owner.shadowing, "correlated or separable")
+
+
+def _two_media(owner: Dielectric | RoughDielectric) -> None:
+    positive(owner, "interior_ior", "exterior_ior")
+    if owner.interior_ior == owner.exterior_ior:
+        expected = "another index than exterior_ior: without refraction there is no boundary, leave it out"
+        raise SceneError(path(owner, "interior_ior"), owner.interior_ior, expected)
 
 
 def _complex_ior(owner: Conductor | RoughConductor) -> None:

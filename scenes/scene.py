@@ -17,7 +17,7 @@ from scenes.surfaces import Surface
 from scenes.validation import SceneError, instance, path
 
 
-class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """What is rendered.
 
     Attributes:

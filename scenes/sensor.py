@@ -17,7 +17,14 @@ from scenes.validation import SceneError, Vector, number, path, positive, sine, 
 Array = NDArray[np.float64]
 
 
-class Pinhole(msgspec.Struct, frozen=True, tag_field="type", tag="pinhole", forbid_unknown_fields=True):
+class Pinhole(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="pinhole",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """An ideal pinhole camera.
 
     Attributes:
@@ -54,7 +61,14 @@ class Pinhole(msgspec.Struct, frozen=True, tag_field="type", tag="pinhole", forb
         return matrix
 
 
-class ThinLens(msgspec.Struct, frozen=True, tag_field="type", tag="thin_lens", forbid_unknown_fields=True):
+class ThinLens(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="thin_lens",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """A camera with a thin lens: rays from all over its aperture meet in the plane of focus.
 
     A pixel is the mean over its square and over the aperture, both uniform.
@@ -93,7 +107,12 @@ class ThinLens(msgspec.Struct, frozen=True, tag_field="type", tag="thin_lens", f
 
 
 class Orthographic(
-    msgspec.Struct, frozen=True, tag_field="type", tag="orthographic", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="orthographic",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """A camera whose rays are parallel; they start in the plane through the origin.
 
@@ -128,7 +147,12 @@ class Orthographic(
 
 
 class RadianceMeter(
-    msgspec.Struct, frozen=True, tag_field="type", tag="radiance_meter", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="radiance_meter",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """One ray: the image is one pixel, the radiance that comes in along it.
 
@@ -149,7 +173,12 @@ class RadianceMeter(
 
 
 class IrradianceMeter(
-    msgspec.Struct, frozen=True, tag_field="type", tag="irradiance_meter", forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="irradiance_meter",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
 ):
     """A small flat sensor: the image is one pixel, ∫ Li cos θ dl over the half space of its normal.
 

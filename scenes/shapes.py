@@ -26,7 +26,9 @@ from scenes.validation import SceneError, Vector, instance, path, positive, sine
 Array = NDArray[np.float64]
 
 
-class Quad(msgspec.Struct, frozen=True, tag_field="type", tag="quad", forbid_unknown_fields=True):
+class Quad(
+    msgspec.Struct, frozen=True, tag_field="type", tag="quad", forbid_unknown_fields=True, omit_defaults=True
+):
     """A parallelogram: the points corner + s·edge_u + t·edge_v with s, t in [0, 1]. Normal: edge_u × edge_v.
 
     Attributes:
@@ -62,7 +64,9 @@ class Quad(msgspec.Struct, frozen=True, tag_field="type", tag="quad", forbid_unk
         return bool(abs(u @ v) <= 1e-6 * np.linalg.norm(u) * np.linalg.norm(v))
 
 
-class Disk(msgspec.Struct, frozen=True, tag_field="type", tag="disk", forbid_unknown_fields=True):
+class Disk(
+    msgspec.Struct, frozen=True, tag_field="type", tag="disk", forbid_unknown_fields=True, omit_defaults=True
+):
     """An ellipse with its inside: center + s·axis_u + t·axis_v with s² + t² ≤ 1. Normal: axis_u × axis_v.
 
     Attributes:
@@ -92,7 +96,14 @@ class Disk(msgspec.Struct, frozen=True, tag_field="type", tag="disk", forbid_unk
         return cross / np.linalg.norm(cross)
 
 
-class Sphere(msgspec.Struct, frozen=True, tag_field="type", tag="sphere", forbid_unknown_fields=True):
+class Sphere(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="sphere",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """A sphere.
 
     Attributes:
@@ -118,7 +129,14 @@ class Sphere(msgspec.Struct, frozen=True, tag_field="type", tag="sphere", forbid
         return 4 * math.pi * self.radius * self.radius
 
 
-class Ellipsoid(msgspec.Struct, frozen=True, tag_field="type", tag="ellipsoid", forbid_unknown_fields=True):
+class Ellipsoid(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="ellipsoid",
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+):
     """The affine image of the unit sphere: center + x·axis_u + y·axis_v + z·axis_w.
 
     Attributes:
@@ -150,7 +168,9 @@ class Ellipsoid(msgspec.Struct, frozen=True, tag_field="type", tag="ellipsoid", 
         return np.array([self.axis_u, self.axis_v, self.axis_w]).T
 
 
-class Mesh(msgspec.Struct, frozen=True, tag_field="type", tag="mesh", forbid_unknown_fields=True):
+class Mesh(
+    msgspec.Struct, frozen=True, tag_field="type", tag="mesh", forbid_unknown_fields=True, omit_defaults=True
+):
     """Triangles. A triangle's front is where its vertices run counterclockwise.
 
     Attributes:

@@ -16,7 +16,7 @@ from scenes.shapes import Mesh, Quad, Shape, Sphere
 from scenes.validation import SceneError, Vector, instance, path
 
 
-class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """A shape with its material and its emission.
 
     Attributes:

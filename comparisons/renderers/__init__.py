@@ -55,6 +55,12 @@ RENDERERS: Mapping[str, Entry] = MappingProxyType(
         "reference:mis": Entry(
             "the reference tracer: next event and chance, weighted", "reference", "ReferenceRenderer", "mis"
         ),
+        "reference:mis:sobol": Entry(
+            "the reference tracer, on scrambled Sobol' points over the whole image",
+            "reference",
+            "ReferenceRenderer",
+            "mis:sobol",
+        ),
         "reference:nee": Entry(
             "the reference tracer: next event alone", "reference", "ReferenceRenderer", "nee"
         ),

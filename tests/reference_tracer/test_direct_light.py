@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from reference_tracer import sampling
-from reference_tracer.bsdf import BSDFSample
+from reference_tracer.bsdfs.bsdf import BSDFSample
 from reference_tracer.points import Points
 from reference_tracer.random_walk import STRATEGIES, RandomWalk, Strategy, render
 from reference_tracer.reflection import LambertianBSDF

@@ -240,6 +240,24 @@ def test_delta_only() -> None:
     assert emitters.Le(Points.nowhere(np.zeros((3, 1))), np.array([[0.0], [0.0], [1.0]])).any()
 
 
+def test_the_primitive_that_a_sample_lies_on() -> None:
+    """Counted over all surfaces, a mesh with one for each triangle."""
+    pair = Mesh(((0.0, 0.0, 5.0), (0.0, 1.0, 5.0), (1.0, 0.0, 5.0), (1.0, 1.0, 4.9)), ((0, 1, 2), (1, 3, 2)))
+    lights = (
+        (BALL, None),
+        (pair, lamp(1.0)),
+        (QUAD, None),
+        (TRIANGLE, None),
+        (Sphere((6, 0, 3), 0.3), lamp(1.0)),
+    )
+    scene = scene_of(*lights)
+    emitters = Emitters(scene)
+    between = here(500, (0.3, 0.2, 4.5))
+    sample = emitters.sample(between, numbers(emitters, 500))
+    assert set(sample.primitive) == {1, 2, 5}
+    np.testing.assert_array_equal(RayCaster(scene)(between, sample.wi).primitive, sample.primitive)
+
+
 def test_how_many_numbers_a_sample_takes() -> None:
     """None, two, or three if there is a choice; what has no power is none."""
     dark = (LIGHTS[1], ConstantEnvironment((0.0, 0.0)))

@@ -13,17 +13,31 @@ from reference_tracer.operators import (
     Field,
     I,
     Operator,
+    delta_emission,
     emission,
     measure,
     neumann,
     propagation,
     reflection,
+    reflection_by_quadrature,
     transport,
 )
 from reference_tracer.points import NOWHERE, Points
 from reference_tracer.propagation import RayCaster
 from reference_tracer.random_walk import render
-from scenes import Scene
+from scenes import (
+    Blend,
+    ConstantEnvironment,
+    DirectionalLight,
+    Lambertian,
+    Material,
+    PointLight,
+    Quad,
+    RoughConductor,
+    Scene,
+    SpotLight,
+    Surface,
+)
 from scenes.library import CASES, case
 
 COUNT = 300
@@ -241,3 +255,114 @@ def test_the_walk_in_the_cornell_box(bounce: int, expect_means: Callable[..., No
     walk = [render(scene, bounce, 256, 1000 + seed)[bounce].mean(axis=(0, 1)) for seed in range(REPLICATES)]
     difference = measured("cornell-box", bounce, spp=16) - np.array(walk)
     expect_means(difference, 0, resolution=0.3, scale=float(np.mean(walk)))
+
+
+# ---- R by quadrature, the lowest rung of the ladder
+
+
+def test_quadrature_is_exact_for_polynomials() -> None:
+    """R of 1 is the albedo; R of cos² θ is half of it, ∫ cos³ θ dl / π = ½."""
+    scene = scene_of("furnace-box")
+    here = surface_points(scene)
+    R = reflection_by_quadrature(scene, order=4)
+    one = Field(lambda x, w: np.ones((3, len(x))))
+    cosine = Field(lambda x, w: np.tile(np.einsum("in,in->n", x.n, w) ** 2, (3, 1)))
+    np.testing.assert_allclose(R(one)(*here), 0.5, rtol=1e-13)
+    np.testing.assert_allclose(R(cosine)(*here), 0.25, rtol=1e-13)
+
+
+@pytest.mark.parametrize("name", ["integrating-sphere", "cornell-box"])
+def test_quadrature_and_samples_agree(name: str, expect_means: Callable[..., None]) -> None:
+    """Of a smooth field, so that a coarse rule is all but exact."""
+    scene = scene_of(name)
+    here, (low, high) = surface_points(scene), (reflection_by_quadrature(scene, n)(X) for n in (6, 12))
+    exact = high(*here)
+    np.testing.assert_allclose(low(*here), exact, atol=1e-12 * np.abs(exact).max())
+    estimates = np.array([reflection(scene, sampling.stream(s), 256)(X)(*here) for s in range(24)])
+    expect_means(estimates.mean(axis=2), exact.mean(axis=1), resolution=0.07, scale=np.abs(exact).mean())
+
+
+def test_two_bounces_by_quadrature_alone() -> None:
+    """T² E of the furnace, without a random number: ρ² e."""
+    scene = scene_of("furnace-sphere")
+    T = reflection_by_quadrature(scene, order=3) @ propagation(scene)
+    points, directions = surface_points(scene)
+    TTE = (T**2)(emission(scene))(points[np.arange(5)], directions[:, :5])
+    np.testing.assert_allclose(TTE, 0.25, rtol=1e-12)
+
+
+# ---- reciprocity: source and meter may be exchanged
+
+ROUGH = RoughConductor((0.2, 1.0, 1.5), (3.9, 6.0, 2.0), 0.5)
+
+
+@pytest.mark.parametrize(
+    "material", [Lambertian((0.8, 0.3, 0.5)), ROUGH, Blend(ROUGH, Lambertian((0.5,) * 3), 0.4)]
+)
+def test_reflection_is_reciprocal(material: Material) -> None:
+    """⟨X, R Y⟩ = ⟨R X, Y⟩ at every point, with the inner product ∫ · · cos θ dω and the directions of X turned."""
+    floor = Surface("floor", Quad((-1.0, -1.0, 0.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0)), material)
+    scene = Scene((floor,), case("cornell-box").scene.sensor, (ConstantEnvironment((1.0,) * 3),))
+    R, order = reflection_by_quadrature(scene, 24), 24
+    z, w = np.polynomial.legendre.leggauss(order)
+    cosines, phi = np.meshgrid((z + 1) / 2, np.pi * (np.arange(2 * order) + 0.25) / order, indexing="ij")
+    sine = np.sqrt(1 - cosines**2)
+    d = np.stack([sine * np.cos(phi), sine * np.sin(phi), cosines]).reshape(3, -1)
+    weight = (np.repeat(w / 2, 2 * order) * np.pi / order) * d[2]
+    n = d.shape[1]
+    up = Points(np.zeros((3, n)), np.tile([[0.0], [0.0], [1.0]], n), np.zeros(n, dtype=int))
+    f, g = (
+        Field(lambda x, w, a=a: np.tile((1 + np.array(a) @ w) ** 2, (3, 1)))
+        for a in ((0.5, 0.2, 0.1), (-0.3, 0.6, 0.3))
+    )
+    left, right = (f(up, d) * R(g)(up, d)) @ weight, (R(f)(up, d) * g(up, d)) @ weight
+    np.testing.assert_allclose(left, right, rtol=2e-4)
+    assert not np.allclose((f(up, d) * g(up, d)) @ weight, left, rtol=0.02)
+
+
+# ---- point, spot and directional lights beside E
+
+
+def test_delta_emission_is_bounce_one_and_starts_the_series() -> None:
+    """Against closed form, and number for number against the walk where next event has one light to choose."""
+    base = case("cornell-box").scene
+    light = PointLight((0.0, 0.5, 0.3), (2.0, 1.0, 3.0))
+    dark = tuple(msgspec.structs.replace(s, emission=None) for s in base.surfaces)
+    scene = Scene(dark, base.sensor, (light,)).resized(8, 8)
+    TE = delta_emission(scene)
+    x = np.array([[0.2], [-1.0], [0.5]])
+    at = Points(x, np.array([[0.0], [1.0], [0.0]]), np.array([1]))
+    segment = np.array(light.position) - x[:, 0]
+    expected = np.array(base.surfaces[1].material.albedo) / np.pi * np.array(light.intensity)
+    expected = expected * segment[1] / np.linalg.norm(segment) ** 3
+    seen = TE(at, np.array([[0.0], [0.6], [0.8]]))[:, 0]
+    blocked = RayCaster(scene).distance(at, segment[:, None] / np.linalg.norm(segment)) < np.linalg.norm(
+        segment
+    )
+    np.testing.assert_allclose(seen, expected * ~blocked, rtol=1e-12)
+    for k in (1, 2, 3):
+        means = []
+        for seed in range(6):
+            rng = sampling.stream(seed, 1)
+            series = (transport(scene, rng) ** (k - 1))(TE)
+            means.append(measure(series, scene, rng, 40).mean())
+        walk = [render(scene, k, 40, 50 + seed)[k].mean() for seed in range(6)]
+        error = np.hypot(np.std(means, ddof=1), np.std(walk, ddof=1)) / np.sqrt(6)
+        assert error < 0.05 * np.mean(walk)
+        assert abs(np.mean(means) - np.mean(walk)) < 5 * error
+
+
+def test_delta_emission_of_several_lights_is_their_sum() -> None:
+    base = case("furnace-box").scene
+    lights = (
+        PointLight((0.1, 0.2, 0.3), (1.0, 2.0, 3.0)),
+        SpotLight((0.0, 0.0, 0.5), (1.0, 0.5, 0.0), (2.0, 2.0, 1.0), 60.0, 20.0),
+        DirectionalLight((1.0, -1.0, 0.2), (1.0, 1.0, 1.0)),
+    )
+    here = surface_points(base)
+    alone = [delta_emission(Scene(base.surfaces, base.sensor, (light,)))(*here) for light in lights]
+    together = delta_emission(Scene(base.surfaces, base.sensor, lights))(*here)
+    np.testing.assert_allclose(together, sum(alone), rtol=1e-12)
+    assert alone[0].min() > 0  # the box is convex
+    assert 0 < np.mean(alone[1] > 0) < 1
+    assert not alone[2].any()  # no light from outside gets in

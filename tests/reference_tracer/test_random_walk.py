@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from reference_tracer import random_walk, samplers
-from reference_tracer.bsdf import BSDFSample
+from reference_tracer.bsdfs.bsdf import BSDFSample
 from reference_tracer.emission import Emitters
 from reference_tracer.points import Points
 from reference_tracer.propagation import RayCaster

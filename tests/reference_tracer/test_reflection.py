@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from reference_tracer.bsdf import BSDF
-from reference_tracer.propagation import NOWHERE, Points
+from reference_tracer.bsdfs.bsdf import BSDF
+from reference_tracer.points import NOWHERE, Points
 from reference_tracer.reflection import LambertianBSDF, PerSurfaceBSDF, bsdf_of
 from scenes import (
     AreaLight,

@@ -53,7 +53,7 @@ from scenes import (
     ThinLens,
 )
 from scenes.library import CASES, case
-from scenes.materials import has_dielectric, is_textured
+from scenes.materials import Shadowing, has_dielectric, is_textured
 
 reproducible = settings(derandomize=True, deadline=None, database=None)
 
@@ -135,13 +135,14 @@ def materials(channels: int) -> st.SearchStrategy[Any]:
     index, rough = st.floats(0.5, 1.4), st.floats(0.001, 1)
     checks = st.builds(Checkerboard, values, values, wholes, wholes)
     image = st.builds(ImageTexture, pixels(channels, 1.0), st.sampled_from(["nearest", "bilinear"]))
+    shadowing = st.sampled_from(get_args(Shadowing))
     single = st.one_of(
         st.builds(Lambertian, values | checks | image),
         st.builds(Mirror, values),
-        st.builds(Dielectric, index, index),
+        st.builds(Dielectric, index, st.just(0.99)),
         st.builds(Conductor, positive, values),
-        st.builds(RoughConductor, positive, values, rough),
-        st.builds(RoughDielectric, rough, st.just(1.5), index),
+        st.builds(RoughConductor, positive, values, rough, shadowing),
+        st.builds(RoughDielectric, rough, index, st.just(0.99), shadowing),
     )
     return st.recursive(single, lambda inner: st.builds(Blend, inner, inner, shares), max_leaves=4)
 

@@ -187,19 +187,6 @@ def test_shading_normals_stay_across(affine: Affine) -> None:
         assert affine.vectors(before) @ after > 0
 
 
-@shapes
-@maps
-def test_there_and_back(shape: Shape, affine: Affine) -> None:
-    back = transformed(transformed(shape, affine), affine.inverse)
-    x, n, _ = surface_points(shape)
-    y, m, _ = surface_points(back)
-    if isinstance(shape, Quad):
-        np.testing.assert_allclose(y, x, atol=1e-13)
-    np.testing.assert_allclose(m[:, 0] @ n[:, 0] if not isinstance(shape, Sphere) else 1, 1)
-    if isinstance(shape, Sphere | Ellipsoid):
-        np.testing.assert_allclose(np.linalg.norm(coordinates(back, x), axis=0), 1, rtol=1e-12)
-
-
 # ---- surfaces
 
 ROWS = Image([[[0.1], [0.2], [0.3]], [[0.4], [0.5], [0.6]]])

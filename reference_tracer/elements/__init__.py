@@ -1,0 +1,1 @@
+"""Parts of the finite elements: meshes and bases, form factors, averages over pixels."""
