@@ -2,7 +2,7 @@
 # make test       the tests, in under ten minutes on two cores
 # make check      formatting, lint, types, import rules
 # make bench      how fast, beside Mitsuba 3, in four minutes on an idle machine; ARGS=--json for programs
-# make truth      the committed data of the Cornell box anew, in about half an hour
+# make truth     the committed data of the Cornell box anew, in about ten minutes
 # make schema     results.schema.json from the code
 # make pins       constraints.txt from what is installed
 

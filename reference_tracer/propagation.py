@@ -123,7 +123,9 @@ def _flats(p: Primitives, indices: Indices, excess: Callable[[Array, Array], Arr
 
 
 def _occluders(primitives: Primitives, scene: Scene) -> Indices:
-    """Primitives that may stand between a point of the scene and one of an emitter. In the Cornell box: the blocks.
+    """Primitives that may stand between a point of the scene and one of an emitter.
+
+    In the Cornell box these are the blocks, and the floor, which one of them pierces.
 
     Not a wall that all else is on one side of: a segment between points on one side of a plane doesn't cross it,
     nor one between points inside an ellipsoid its surface. Not the only emitter: it doesn't hide itself.

@@ -410,6 +410,23 @@ def test_a_two_sided_lamp_lights_both_ways(expect_means: Callable[..., None]) ->
         expect_means(found, 0.25 / 1.25, resolution=0.05)
 
 
+@pytest.mark.parametrize("tilt", [0.0, 0.4, -0.7])
+@strategies
+def test_shading_normals(tilt: float, strategy: Strategy) -> None:
+    """The cosine is that of the shading normal; light that comes from behind the triangle itself gives nothing."""
+    corners = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0))
+    ns = (math.sin(tilt), 0.0, math.cos(tilt))
+    mesh = Mesh(corners, ((0, 1, 2), (0, 2, 3)), normals=(ns,) * 4)
+    for angle in (0.2, -0.6, 1.4, 1.8):  # of the light; the last one is below the plane
+        d = (-math.sin(angle), 0.0, -math.cos(angle))
+        scene = lit(
+            mesh, DirectionalLight(d, (math.pi,)), sensor=down_at(0.1, 0.2), material=Lambertian((0.5,))
+        )
+        cosine = max(0.0, math.cos(angle - tilt)) * (math.cos(angle) > 0)
+        found = mean(scene, 2, strategy=strategy)[:, 0]
+        np.testing.assert_allclose(found, [0.0, 0.5 * cosine, 0.0], rtol=1e-12, atol=1e-15)
+
+
 def test_a_checkerboard() -> None:
     board = Surface("it", PLANE, Lambertian(Checkerboard((0.2,), (0.6,), columns=2, rows=4)))
     for x, y, albedo in ((-0.5, -0.9, 0.2), (0.5, -0.9, 0.6), (-0.5, -0.4, 0.6), (0.5, 0.9, 0.2)):
