@@ -31,7 +31,7 @@ def test_the_committed_truth_is_that_of_the_scene() -> None:
 def test_the_committed_truth_is_there_and_says_how_it_was_made() -> None:
     found = known_truth(bounces=truth.COMMITTED_BOUNCES)
     assert found.mean.shape == (7, 64, 64, 3)
-    assert CORNELL.answer.source.startswith("reference:mis of lightproof")
+    assert CORNELL.answer.source.startswith("reference:mis:sobol of lightproof")
     assert (found.stderr[1:].mean(axis=(1, 2)) > 0).all()
 
 
@@ -46,14 +46,18 @@ def test_another_strategy_agrees_with_the_committed_truth() -> None:
 
 
 def test_its_error_is_that_of_repeated_work() -> None:
-    """64 committed batches against 16 fresh renders: the errors per sample agree within a factor of 1.5."""
-    stderr = known_truth(bounces=3).stderr
+    """64 committed batches against 16 fresh renders with independent numbers, which scale with 1/√n.
+
+    Sobol' points do better in the first bounces, and all but as these in the last ones.
+    """
+    stderr = known_truth(bounces=6).stderr
     assert isinstance(CORNELL.answer, Estimate)
     spp = 64 * int(CORNELL.answer.source.split("batches of ")[1].split()[0])
-    images = np.array([render(CORNELL.scene, 3, 4, 200 + i) for i in range(16)])
+    images = np.array([render(CORNELL.scene, 6, 4, 200 + i) for i in range(16)])
     fresh = images.std(axis=0, ddof=1) * np.sqrt(4 / spp)
-    ratio = np.sqrt((stderr[1:] ** 2).mean() / (fresh[1:] ** 2).mean())
-    assert 1 / 1.5 < ratio < 1.5
+    ratio = np.sqrt((stderr**2).mean(axis=(1, 2, 3)) / (fresh**2).mean(axis=(1, 2, 3)))
+    assert (ratio < 1.1).all()
+    assert ratio[5:].min() > 1 / 1.5
 
 
 def test_an_odd_resolution_is_estimated_once_and_cached(
