@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from reference_tracer import sampling
+from reference_tracer.finite_elements import solve
 from reference_tracer.operators import I, emission, measure, neumann, reflection, reflection_by_quadrature
 from reference_tracer.random_walk import render
 from reference_tracer.samplers import MOST_DIMENSIONS, MOST_POINTS, sobol
@@ -45,9 +46,12 @@ def test_the_walk_refuses(name: str, value: object, expected: str) -> None:
         (None, "scene is a NoneType, expected a Scene"),
     ],
 )
-def test_the_walk_renders_scenes_only(value: object, message: str) -> None:
+def test_scenes_only(value: object, message: str) -> None:
     with pytest.raises(TypeError, match="expected") as refused:
         render(**(GOOD | {"scene": value}))
+    assert str(refused.value) == message
+    with pytest.raises(TypeError, match="expected") as refused:
+        solve(value, bounces=1)  # type: ignore[arg-type]
     assert str(refused.value) == message
 
 
