@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer import sampling
+from reference_tracer.arguments import check_whole
 from reference_tracer.emission import Emitters
 from reference_tracer.emitters.delta_lights import delta_lights
 from reference_tracer.points import NOWHERE, Points
@@ -124,6 +125,7 @@ def reflection(scene: Scene, rng: np.random.Generator, samples: int = 1) -> Oper
 
     One sample makes a path of a power of T. Every evaluation of the field draws new ones.
     """
+    check_whole(1, samples=samples)
     bsdf = bsdf_of(scene)
     dimensions = 3 if bsdf.needs_choice else 2
 
@@ -149,6 +151,7 @@ def reflection_by_quadrature(scene: Scene, order: int = 16) -> Operator:
         scene: the scene.
         order: nodes in cos θ per side; there are 2 · order directions around.
     """
+    check_whole(1, order=order)
     bsdf = bsdf_of(scene)
     z, weight = np.polynomial.legendre.leggauss(order)
     cosines, weights = np.concatenate([z - 1, z + 1]) / 2, np.concatenate([weight, weight]) / 2
@@ -177,6 +180,7 @@ def transport(scene: Scene, rng: np.random.Generator, samples: int = 1) -> Opera
 
 def neumann(T: Operator, bounces: int) -> Operator:
     """I + T + T² + … + Tⁿ, n = ``bounces``: the Neumann series of (I − T)⁻¹, cut off."""
+    check_whole(0, bounces=bounces)
     return reduce(Operator.__add__, [T**k for k in range(bounces + 1)])
 
 
@@ -186,6 +190,7 @@ def measure(Lo: Field, scene: Scene, rng: np.random.Generator, spp: int = 1) -> 
     Returns:
         ``(height, width, channels)``.
     """
+    check_whole(1, spp=spp)
     height, width, channels = scene.shape
     rows, columns = np.divmod(np.arange(height * width), width)
     Li, image = propagation(scene)(Lo), np.zeros((channels, height * width))

@@ -20,11 +20,12 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_tracer.arguments import check_choice, check_scene, check_whole
 from reference_tracer.emission import Emitters
 from reference_tracer.points import NOWHERE, Points
 from reference_tracer.propagation import RayCaster
 from reference_tracer.reflection import bsdf_of
-from reference_tracer.samplers import BLOCKS, Block, SamplerName
+from reference_tracer.samplers import BLOCKS, SAMPLERS, Block, SamplerName
 from reference_tracer.sensing import Film, camera_rays, sensor_dimensions
 from scenes import Scene
 
@@ -51,7 +52,7 @@ def render(
 
     Args:
         scene: what to render.
-        bounces: the last bounce.
+        bounces: the last bounce, at least 0, which is E alone.
         spp: samples per pixel, at least 1.
         seed: ≥ 0; the image is a function of the arguments up to ``sampler`` and nothing else.
         strategy: how emission is found.
@@ -62,8 +63,13 @@ def render(
         ``(bounces + 1, height, width, channels)``, radiance, unclamped.
 
     Raises:
+        TypeError, ValueError: an argument that can't be.
         NonFiniteRadianceError: naming pixel, bounce and surface.
     """
+    check_scene(scene)
+    check_whole(0, bounces=bounces, seed=seed)
+    check_whole(1, spp=spp)
+    check_choice(SAMPLERS, sampler=sampler)
     height, width, _ = scene.shape
     # One large array, made and let go, tells glibc to keep freed memory (M_MMAP_THRESHOLD in mallopt(3)). Without
     # it the arrays of every block are fetched from the kernel anew, page by page.
@@ -82,6 +88,7 @@ class RandomWalk:
     """Walks through one scene."""
 
     def __init__(self, scene: Scene, strategy: Strategy) -> None:
+        check_choice(STRATEGIES, strategy=strategy)  # an unknown one would mix the weights of two
         self.scene, self.strategy = scene, strategy
         self.cast, self.bsdf = RayCaster(scene), bsdf_of(scene)
         self.emitters = Emitters(scene, delta_only=strategy == "bsdf")

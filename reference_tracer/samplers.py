@@ -28,6 +28,9 @@ SAMPLERS: tuple[SamplerName, ...] = get_args(SamplerName)
 BLOCK = 16384
 """Walks that go together: their arrays stay in the second-level cache; fewer lose to call overhead."""
 
+MOST_DIMENSIONS, MOST_POINTS = 21201, 2**30
+"""Of Sobol' points: as many as there are direction numbers (Joe and Kuo 2008), of 30 bits each."""
+
 
 class Numbers(Protocol):
     """The numbers of a block of walks, dimension after dimension."""
@@ -72,12 +75,24 @@ def sobol(width: int, height: int, spp: int, seed: int, dimensions: int) -> Iter
 
     The first two dimensions lie over a rectangle of 2ᵃ × 2ᵇ pixels that holds the image. They are a
     (0, 2)-sequence: of 2ᵃ⁺ᵇ consecutive points each pixel gets exactly one. Points beside the image are left out.
+
+    Raises:
+        ValueError: more points or dimensions than there are.
     """
     from scipy.stats import qmc  # here alone: the rest of the tracer needs NumPy and nothing else
 
     columns, rows = (1 << (size - 1).bit_length() for size in (width, height))
-    engine = qmc.Sobol(2 + dimensions, scramble=True, rng=sampling.stream(seed))
     count = columns * rows * spp
+    for name, found, most in (
+        ("points", count, MOST_POINTS),
+        ("dimensions", 2 + dimensions, MOST_DIMENSIONS),
+    ):
+        if found > most:
+            expected = f"at most {most}; the sampler independent has no limit"
+            raise ValueError(
+                f"sobol: {width} × {height} pixels, {spp} spp take {found} {name}, expected {expected}"
+            )
+    engine = qmc.Sobol(2 + dimensions, scramble=True, rng=sampling.stream(seed))
     for start in range(0, count, BLOCK):
         points = engine.random(BLOCK)[
             : count - start

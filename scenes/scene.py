@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 
 from scenes.channels import check_channels
 from scenes.coincidence import check_coincidence
-from scenes.lights import Environment, Light, emits
+from scenes.images import Image
+from scenes.lights import Emission, Environment, Light, PolarRange, emits
+from scenes.materials import Material, Texture
 from scenes.sensor import Sensor
+from scenes.shapes import Shape
 from scenes.surfaces import Surface
 from scenes.validation import SceneError, instance, path
 
@@ -117,9 +120,9 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
             raise SceneError("scene", content[:40], "blends in fewer levels") from None
 
     @classmethod
-    def load(cls, file: Path) -> Scene:
+    def load(cls, file: Path | str) -> Scene:
         """Read a scene from a JSON file; see ``from_json``."""
-        return cls.from_json(file.read_bytes())
+        return cls.from_json(Path(file).read_bytes())
 
 
 def _located(error: msgspec.ValidationError, document: object) -> SceneError:
@@ -129,14 +132,44 @@ def _located(error: msgspec.ValidationError, document: object) -> SceneError:
     if isinstance(error.__cause__, SceneError):
         return error.__cause__.below(parent)
     if unknown := re.search("unknown field `(.*)`", message):
-        place = f"{parent}.{unknown[1]}".removeprefix(".")
-        return SceneError(place, _at(document, parent)[unknown[1]], "no field of that name")
+        place, owner = f"{parent}.{unknown[1]}".removeprefix("."), _at(document, parent)
+        fields = ", ".join(_kind(parent, owner).__struct_fields__)
+        return SceneError(place, owner[unknown[1]], f"no field of that name; there are {fields}")
     expected = message.removeprefix("Expected ")
     if missing := re.search("missing required field `(.*)`", message):
         expected = f"an object with the field {missing[1]}"
     elif message.startswith("Invalid value"):
-        expected = "a type that exists"
+        expected = "one of " + ", ".join(str(kind.__struct_config__.tag) for kind in _kinds(parent))
     return SceneError(parent or "scene", _at(document, parent), expected)
+
+
+_PARTS: dict[str, Any] = {
+    "surfaces": Surface,
+    "shape": Shape,
+    "material": Material,
+    "first": Material,
+    "second": Material,
+    "albedo": Texture,
+    "image": Image,
+    "emission": Emission,
+    "polar_range": PolarRange,
+    "sensor": Sensor,
+    "lights": Light,
+}
+"""What stands in a field of that name."""
+
+
+def _kinds(place: str) -> tuple[type[msgspec.Struct], ...]:
+    """What may stand at a path such as ``surfaces[3].material`` or ``surfaces[3].material.type``."""
+    *_, last = [name for name in re.findall(r"[a-z_]+", place) if name != "type"] or ["scene"]
+    kinds = _PARTS.get(last, Scene)
+    return get_args(kinds) or (kinds,)
+
+
+def _kind(place: str, found: dict[str, Any]) -> type[msgspec.Struct]:
+    """Which of them it is: by its type where there are several."""
+    kinds = _kinds(place)
+    return next((kind for kind in kinds if kind.__struct_config__.tag == found.get("type")), kinds[0])
 
 
 def _at(document: Any, place: str) -> Any:

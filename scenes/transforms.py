@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import singledispatch
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import msgspec
 import numpy as np
@@ -51,8 +51,10 @@ def transformed(part: Part, affine: Affine) -> Part:
 
     Raises:
         SceneError: a light, a sensor, a scene, or the polar zone of a sphere, under a map that is no similarity.
-        TypeError: it is no part of a scene.
+        TypeError: it is no part of a scene, or the map is no Affine.
     """
+    if not isinstance(cast(object, affine), Affine):
+        raise TypeError(f"affine is a {type(affine).__name__}, expected an Affine")
     return _image(part, affine)  # type: ignore[no-any-return]
 
 

@@ -90,11 +90,13 @@ def instance(owner: Any, field: str, kind: Any, expected: str) -> None:
         raise SceneError(path(owner, field), getattr(owner, field), expected)
 
 
-def numbers(owner: Any, field: str, low: float = -math.inf, high: float = math.inf) -> tuple[float, ...]:
-    """Freeze the field into a tuple of finite numbers in [low, high] and return it."""
+def numbers(
+    owner: Any, field: str, low: float = -math.inf, high: float = math.inf, each: str = ""
+) -> tuple[float, ...]:
+    """Freeze the field into a tuple of finite numbers in [low, high] and return it; ``each`` says what they are."""
     values = getattr(owner, field)
     if isinstance(values, str) or not isinstance(values, Iterable):
-        raise SceneError(path(owner, field), values, "a list of numbers")
+        raise SceneError(path(owner, field), values, f"a list of numbers{each}")
     expected = between(low, high)
     frozen = []
     for i, value in enumerate(values):
@@ -108,7 +110,7 @@ def numbers(owner: Any, field: str, low: float = -math.inf, high: float = math.i
 
 def per_channel(owner: Any, field: str, low: float = 0.0, high: float = math.inf) -> tuple[float, ...]:
     """Freeze the field into at least one finite number in [low, high] and return it."""
-    values = numbers(owner, field, low, high)
+    values = numbers(owner, field, low, high, ", one per channel")
     if not values:
         raise SceneError(path(owner, field), values, "one number per channel")
     return values
@@ -123,7 +125,7 @@ def between(low: float, high: float) -> str:
 
 def vector(owner: Any, field: str) -> Vector:
     """Freeze the field into a tuple of three finite numbers and return it."""
-    values = numbers(owner, field)
+    values = numbers(owner, field, each=" x, y, z")
     if len(values) != 3:
         raise SceneError(path(owner, field), values, "three numbers x, y, z")
     return values

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_tracer.arguments import check_scene
 from reference_tracer.elements.bases import Mesh, Patches, graded, uniform
 from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Surface
 
@@ -31,8 +32,10 @@ def check(scene: Scene) -> None:
     """Refuse what is not a diffuse scene of quads.
 
     Raises:
+        TypeError: it is no scene at all.
         UnsupportedSceneError: naming the surface.
     """
+    check_scene(scene)
     for surface in scene.surfaces:
         shape, material, emission = surface.shape, surface.material, surface.emission
         if not isinstance(shape, Quad):

@@ -132,17 +132,18 @@ def numbers_in(channels: int, high: float, low: float = 0.0) -> st.SearchStrateg
 
 def materials(channels: int) -> st.SearchStrategy[Any]:
     values, positive = numbers_in(channels, 1.0), numbers_in(channels, 10.0, 0.1)
-    index, rough = st.floats(0.5, 1.4), st.floats(0.001, 1)
+    exterior, rough = 0.99, st.floats(0.001, 1)
+    index = st.floats(0.5, 1.4).filter(lambda interior: interior != exterior)  # equal ones are no boundary
     checks = st.builds(Checkerboard, values, values, wholes, wholes)
     image = st.builds(ImageTexture, pixels(channels, 1.0), st.sampled_from(["nearest", "bilinear"]))
     shadowing = st.sampled_from(get_args(Shadowing))
     single = st.one_of(
         st.builds(Lambertian, values | checks | image),
         st.builds(Mirror, values),
-        st.builds(Dielectric, index, st.just(0.99)),
+        st.builds(Dielectric, index, st.just(exterior)),
         st.builds(Conductor, positive, values),
         st.builds(RoughConductor, positive, values, rough, shadowing),
-        st.builds(RoughDielectric, rough, index, st.just(0.99), shadowing),
+        st.builds(RoughDielectric, rough, index, st.just(exterior), shadowing),
     )
     return st.recursive(single, lambda inner: st.builds(Blend, inner, inner, shares), max_leaves=4)
 
@@ -227,6 +228,7 @@ def test_every_case(name: str, tmp_path: Path) -> None:
     assert Scene.from_json(content) == Scene.from_json(content.decode()) == scene
     (tmp_path / "scene.json").write_bytes(content)
     assert Scene.load(tmp_path / "scene.json") == scene
+    assert Scene.load(str(tmp_path / "scene.json")) == scene
     assert Scene.from_json(content).to_json() == content
 
 

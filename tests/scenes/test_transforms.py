@@ -391,3 +391,8 @@ def test_everything_in_a_scene_goes_along() -> None:
     assert twice.lights == (PointLight((2.0, 0.0, 0.0), (4.0,)), lights[1])
     assert twice.sensor.origin == (2.0, 4.0, 6.0)
     assert Scene.from_json(twice.to_json()) == twice
+
+
+def test_only_an_affine_transforms() -> None:
+    with pytest.raises(TypeError, match="affine is a ndarray, expected an Affine"):
+        transformed(Sphere(X, 1.0), np.eye(3))  # type: ignore[arg-type]

@@ -463,6 +463,8 @@ def test_unknown_fields(scene: str, parent: str, name: str) -> None:
     error = refusal(content)
     assert error.path == f"{parent}.{name}".removeprefix(".")
     assert error.found == "red"
+    known = error.expected.removeprefix("no field of that name; there are ").split(", ")
+    assert set(inner) - {"type", name} <= set(known)
 
 
 @pytest.mark.parametrize("name", ["fov", "type"])
@@ -477,6 +479,16 @@ def test_missing_fields(name: str) -> None:
 def test_unknown_types() -> None:
     error = refusal(document(**{"surfaces[0].shape.type": "cube"}))
     assert (error.path, error.found) == ("surfaces[0].shape.type", "cube")
+    assert error.expected == "one of quad, disk, sphere, ellipsoid, mesh"
+    error = refusal(document(**{"sensor.type": "perspective"}))
+    assert error.expected == "one of pinhole, thin_lens, orthographic, radiance_meter, irradiance_meter"
+
+
+def test_unknown_fields_are_shown_those_of_their_type() -> None:
+    error = refusal(document(**{"surfaces[0].material.reflectance": [0.5]}))
+    assert error.expected == "no field of that name; there are albedo"
+    error = refusal(document(**{"sensor.focal_length": 35.0}))
+    assert error.expected == "no field of that name; there are origin, target, up, fov, width, height"
 
 
 @pytest.mark.parametrize("content", ["", "{", "not JSON", b"\xff\xfe\x00", "[" * 100_000], ids=range(5))
