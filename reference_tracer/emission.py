@@ -67,7 +67,8 @@ class Emitters:
             if self._environment is not None and self._environment.power > 0:
                 by_surface[NOWHERE] = self._environment
         self._emitters = [*by_surface.values(), *(light for light in deltas if light.power > 0)]
-        power = np.array([emitter.power for emitter in self._emitters])
+        # where it is no float any more, any other positive number does
+        power = np.clip([emitter.power for emitter in self._emitters], 1e-300, 1e300)
         self._choice = power / power.sum()
         self._ends = np.cumsum(self._choice)[:-1]
         self.dimensions = 0 if not len(power) else 2 if len(power) == 1 else 3

@@ -31,6 +31,11 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
+TOUCHES = 1e-9
+"""Of the distance to a light: what is nearer to it than that is what it lies on, and does not hide it. A lamp in
+the plane of a ceiling would be left to rounding; to validation, too, a gap of 10⁻⁹ is none."""
+
+
 class Shapes(Protocol):
     """Some primitives, met together; see ``intersection``."""
 
@@ -78,7 +83,9 @@ class RayCaster:
         if not self._occluders:
             return np.ones(len(origin), dtype=bool)
         t, primitive = _nearest(self._occluders, origin, d)
-        visible: NDArray[np.bool_] = (t >= distance) | ((primitive == target) & (target != NOWHERE))
+        visible: NDArray[np.bool_] = (t >= distance * (1 - TOUCHES)) | (
+            (primitive == target) & (target != NOWHERE)
+        )
         return visible
 
 

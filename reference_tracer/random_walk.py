@@ -63,19 +63,27 @@ def render(
 
     Raises:
         NonFiniteRadianceError: naming pixel, bounce and surface.
+        NegativeRadianceError: a spherical-harmonics environment is negative somewhere.
     """
     height, width, _ = scene.shape
     # One large array, made and let go, tells glibc to keep freed memory (M_MMAP_THRESHOLD in mallopt(3)). Without
     # it the arrays of every block are fetched from the kernel anew, page by page.
     np.empty(1 << 22)
-    walk, film, done = RandomWalk(scene, strategy), Film(bounces, scene.shape), 0
+    film, done = Film(bounces, scene.shape), 0
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused by the walk itself
+        walk = RandomWalk(scene, strategy)
     for block in BLOCKS[sampler](width, height, spp, seed, walk.dimensions(bounces)):
         film.begin(block)
-        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused by the walk itself
+        with np.errstate(invalid="ignore", over="ignore"):
             walk(block, bounces, film)
         done += block.position.shape[1]
         on_block(done / (spp * height * width))
-    return film.mean(spp)
+    images = film.mean(spp)
+    if not np.isfinite(images).all():
+        bounce, row, column, _ = np.argwhere(~np.isfinite(images))[0]
+        raise NonFiniteRadianceError(f"bounce {bounce}, row {row}, column {column}: the sum of its walks is "
+                                     "beyond all floats; scale the emission down")  # fmt: skip
+    return images
 
 
 class RandomWalk:
@@ -168,7 +176,8 @@ class RandomWalk:
 
     def _record(self, film: Film, bounce: int, lanes: Indices, radiance: Array, vertex: Points) -> None:
         """Add radiance to the film; refuse what is none."""
-        if not np.isfinite(radiance.sum()):
+        # one sum is the cheaper test; it may overflow where no term does
+        if not np.isfinite(radiance.sum()) and not np.isfinite(radiance).all():
             at = int(np.argmax(~np.isfinite(radiance).all(axis=0)))
             row, column = film.pixel(int(lanes[at]))
             i = int(vertex.surface[at])

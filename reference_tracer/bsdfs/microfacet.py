@@ -202,7 +202,7 @@ class RoughDielectricBSDF:
 
     def __init__(self, materials: Sequence[RoughDielectric | None], channels: int) -> None:
         self._channels = channels
-        self._eta = table(materials, lambda m: m.interior_ior / m.exterior_ior, 1.5)
+        self._eta = table(materials, lambda m: fresnel.relative_index(m.interior_ior, m.exterior_ior), 1.5)
         self._alpha = table(materials, lambda m: m.alpha, 1.0)
         self._separable = table(materials, lambda m: m.shadowing == "separable", 0.0) > 0
 

@@ -113,7 +113,7 @@ class DielectricBSDF(SpecularBSDF):
 
     def __init__(self, materials: Sequence[Dielectric | None], channels: int) -> None:
         super().__init__(channels)
-        self._eta = table(materials, lambda m: m.interior_ior / m.exterior_ior, 1.0)
+        self._eta = table(materials, lambda m: fresnel.relative_index(m.interior_ior, m.exterior_ior), 1.0)
 
     def sample(self, points: Points, wo: Array, u: Array) -> BSDFSample:
         """The mirrored direction, with 1, or the refracted one, with 1 / η²."""

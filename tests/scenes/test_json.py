@@ -132,7 +132,7 @@ def numbers_in(channels: int, high: float, low: float = 0.0) -> st.SearchStrateg
 
 def materials(channels: int) -> st.SearchStrategy[Any]:
     values, positive = numbers_in(channels, 1.0), numbers_in(channels, 10.0, 0.1)
-    index, rough = st.floats(0.5, 1.4), st.floats(0.001, 1)
+    index, rough = st.floats(0.5, 1.4).filter(lambda ior: ior != 0.99), st.floats(0.001, 1)
     checks = st.builds(Checkerboard, values, values, wholes, wholes)
     image = st.builds(ImageTexture, pixels(channels, 1.0), st.sampled_from(["nearest", "bilinear"]))
     shadowing = st.sampled_from(get_args(Shadowing))
