@@ -26,6 +26,7 @@ from reference_tracer.propagation import RayCaster
 from reference_tracer.reflection import bsdf_of
 from reference_tracer.samplers import BLOCKS, Block, SamplerName
 from reference_tracer.sensing import Film, camera_rays, sensor_dimensions
+from reference_tracer.vectors import dot
 from scenes import Scene
 
 Array = NDArray[np.float64]
@@ -171,7 +172,7 @@ class RandomWalk:
         pdf = light.pdf
         if self.strategy == "mis":
             pdf = pdf + ~light.delta * self.bsdf.pdf(vertex, light.wi, wo)  # w / p = 1 / (p + p_bsdf)
-        cosine = np.abs(np.einsum("in,in->n", vertex.ns, light.wi))
+        cosine = np.abs(dot(vertex.ns, light.wi))
         return lanes, f * light.Li * (cosine / pdf)
 
     def _record(self, film: Film, bounce: int, lanes: Indices, radiance: Array, vertex: Points) -> None:

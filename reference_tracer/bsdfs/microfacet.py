@@ -24,9 +24,10 @@ from numpy.typing import NDArray
 
 from reference_tracer import sampling
 from reference_tracer.bsdfs import fresnel
-from reference_tracer.bsdfs.bsdf import TINY, BSDFSample, cosine, dot, front, table, unit
+from reference_tracer.bsdfs.bsdf import BSDFSample, cosine, front, table
 from reference_tracer.bsdfs.specular import on_right_side, reflected, refracted
 from reference_tracer.points import NOWHERE, Points
+from reference_tracer.vectors import TINY, dot, unit
 from scenes import RoughConductor, RoughDielectric
 
 Array = NDArray[np.float64]

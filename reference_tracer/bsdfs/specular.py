@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer.bsdfs import fresnel
-from reference_tracer.bsdfs.bsdf import TINY, BSDFSample, cosine, dot, front, table
+from reference_tracer.bsdfs.bsdf import BSDFSample, cosine, front, table
 from reference_tracer.points import NOWHERE, Points
+from reference_tracer.vectors import TINY, dot
 from scenes import Conductor, Dielectric, Mirror
 
 Array = NDArray[np.float64]
