@@ -141,13 +141,8 @@ class RandomWalk:
             # ---- the walk ends where nothing is reflected, as on backs
             alive = np.flatnonzero(pdf > 0)
             if len(alive) < len(vertex):
-                vertex, d, lanes, pdf = (
-                    vertex[alive],
-                    d.take(alive, axis=1),
-                    lanes.take(alive),
-                    pdf.take(alive),
-                )
-                throughput = throughput.take(alive, axis=1)
+                vertex, d, lanes = vertex[alive], d.take(alive, axis=1), lanes.take(alive)
+                pdf, throughput = pdf.take(alive), throughput.take(alive, axis=1)
 
     def _found(self, previous: Points, vertex: Points, d: Array, pdf: Array) -> Array:
         """Le of emitters met by chance, ``(channels, n)``, with the weight of having been found that way."""

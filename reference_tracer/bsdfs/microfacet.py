@@ -6,9 +6,9 @@
     D_wo(m)   = G1(wo) D(m) max(wo·m, 0) / cos θo                       Heitz 2014, §3: the normals that wo sees
 
 G2 is Smith's shadowing, correlated by height; a material may ask for the separable G1(wi) G1(wo) instead (Walter
-et al., eq. 23). Refraction has the same one. Light scatters once, and what would
-scatter again is lost. The sampling draws m from D_wo, so that f · cos / pdf is F G2 / G1, and a lossless surface
-loses 1 − G2 / G1 on average over D_wo: that is ``single_scattering_loss``.
+et al., eq. 23). Refraction has the same one. Light scatters once, and what would scatter again is lost. The
+sampling draws m from D_wo, so that f · cos / pdf is F G2 / G1, and a lossless surface loses 1 − G2 / G1 on average
+over D_wo: that is ``single_scattering_loss``.
 
 Walter et al. 2007, Microfacet models for refraction through rough surfaces, EGSR.
 Heitz 2014, Understanding the masking-shadowing function in microfacet-based BRDFs, JCGT 3(2).

@@ -233,10 +233,8 @@ class EllipsoidEmitter(AreaEmitter):
         self._inverse, self._volume = np.linalg.inv(self._matrix), abs(np.linalg.det(self._matrix))
         super().__init__(surface, primitive, self._surface_area())
         self._center = np.array(shape.center)[:, None]
-        self._lit_inside, self._lit_outside = (
-            surface.two_sided or shape.inward,
-            surface.two_sided or not shape.inward,
-        )
+        self._lit_inside = surface.two_sided or shape.inward
+        self._lit_outside = surface.two_sided or not shape.inward
 
     def _surface_area(self) -> float:
         """4π times the mean of dA / dω = |det M| |M⁻ᵀ ω| over the unit sphere, well enough for a choice."""
@@ -302,10 +300,8 @@ class ZoneEmitter(AreaEmitter):
         super().__init__(surface, primitive, shape.area * zone.fraction)
         self._center, self._radius = np.array(shape.center)[:, None], shape.radius
         self._axis, self._cosines = np.array(zone.axis), zone.cosines
-        self._lit_inside, self._lit_outside = (
-            surface.two_sided or shape.inward,
-            surface.two_sided or not shape.inward,
-        )
+        self._lit_inside = surface.two_sided or shape.inward
+        self._lit_outside = surface.two_sided or not shape.inward
 
     def in_zone(self, x: Array) -> Mask:
         """Whether points of the sphere belong to the zone."""
