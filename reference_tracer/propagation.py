@@ -36,6 +36,10 @@ TOUCHES = 1e-9
 the plane of a ceiling would be left to rounding; to validation, too, a gap of 10⁻⁹ is none."""
 
 
+LARGE_MESH = 64
+"""Triangles beyond which a mesh is taken to occlude as a whole."""
+
+
 class Shapes(Protocol):
     """Some primitives, met together; see ``intersection``."""
 
@@ -133,7 +137,8 @@ def _occluders(primitives: Primitives, scene: Scene) -> Indices:
     """Primitives that may stand between a point of the scene and one of an emitter. In the Cornell box: the blocks.
 
     Not a wall that all else is on one side of: a segment between points on one side of a plane doesn't cross it,
-    nor one between points inside an ellipsoid its surface. Not the only emitter: it doesn't hide itself.
+    nor one between points inside an ellipsoid its surface. Not the only emitter: it doesn't hide itself. It is not
+    asked of the triangles of a large mesh: it takes each of them all points of the scene, and few would go.
     """
     everything = np.arange(len(primitives))
     emitting = np.flatnonzero([scene.surfaces[i].emits for i in primitives.surface])
@@ -146,7 +151,11 @@ def _occluders(primitives: Primitives, scene: Scene) -> Indices:
     points = np.unique(np.concatenate([*corners, np.array(lights).reshape(-1, 3)]), axis=0)
     tolerance = 1e-12 * np.abs(points).max(initial=0)
 
+    large = np.bincount(primitives.surface)[primitives.surface] > LARGE_MESH
+
     def occludes(i: int) -> bool:
+        if large[i]:
+            return True
         if primitives.round[i]:
             others = np.concatenate([*np.delete(corners, i, axis=0), np.array(lights).reshape(-1, 3)])
             local = (others - primitives.center[i]) @ np.linalg.inv(primitives.axes[i])
