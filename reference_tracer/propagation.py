@@ -7,7 +7,7 @@ at the other root of its quadratic. Scenes of any size give the same radiance.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from reference_tracer.shapes.intersection import (
     Boxes,
     Ellipsoids,
     Flats,
+    Shapes,
     disk_excess,
     quad_excess,
     triangle_excess,
@@ -38,13 +39,6 @@ the plane of a ceiling would be left to rounding; to validation, too, a gap of 1
 
 LARGE_MESH = 64
 """Triangles beyond which a mesh is taken to occlude as a whole."""
-
-
-class Shapes(Protocol):
-    """Some primitives, met together; see ``intersection``."""
-
-    def meet(self, x: Array, d: Array, start: Indices, t: Array, primitive: Indices) -> None:
-        """Look for nearer ones."""
 
 
 class RayCaster:
@@ -107,7 +101,7 @@ def _shapes(primitives: Primitives, indices: Indices) -> list[Shapes]:
     p, shapes = primitives, list[Shapes]()
     round_ones = indices[p.round[indices]]
     if len(round_ones):
-        shapes.append(Ellipsoids(p.center[round_ones], p.axes[round_ones], round_ones.tolist()))
+        shapes.append(_grouped(p, round_ones, lambda i: Ellipsoids(p.center[i], p.axes[i], i.tolist())))
     quads = indices[p.kind[indices] == Quad]
     boxes = parallelepipeds.find(p.center[quads], p.axes[quads])
     if boxes:
@@ -116,21 +110,23 @@ def _shapes(primitives: Primitives, indices: Indices) -> list[Shapes]:
         quads = np.delete(quads, faces[faces >= 0])
     kinds = ((Quad, quads, quad_excess), (Disk, indices[p.kind[indices] == Disk], disk_excess),
              (Mesh, indices[p.kind[indices] == Mesh], triangle_excess))  # fmt: skip
-    shapes += [_flats(p, some, excess) for _, some, excess in kinds if len(some)]
+    for _, some, excess in kinds:
+        if len(some):
+            flats = partial(_flats, p, excess)
+            shapes.append(_grouped(p, some, flats))
     return shapes
 
 
-def _flats(p: Primitives, indices: Indices, excess: Callable[[Array, Array], Array]) -> Shapes:
-    """Flat primitives of one kind: tested one by one, or where there are many, in a hierarchy."""
+def _flats(p: Primitives, excess: Callable[[Array, Array], Array], indices: Indices) -> Shapes:
+    return Flats(p.center[indices], p.axes[indices], excess, indices)
 
-    def leaf(some: Indices) -> Flats:
-        chosen = indices[some]
-        return Flats(p.center[chosen], p.axes[chosen], excess, chosen)
 
+def _grouped(p: Primitives, indices: Indices, leaf: Callable[[Indices], Shapes]) -> Shapes:
+    """Primitives of one kind: tested one by one, or where there are many, in a hierarchy."""
     if len(indices) <= LEAF:
-        return leaf(np.arange(len(indices)))
+        return leaf(indices)
     corners = p.corners()[indices]
-    return Hierarchy(corners.min(axis=1), corners.max(axis=1), leaf)
+    return Hierarchy(corners.min(axis=1), corners.max(axis=1), lambda some: leaf(indices[some]))
 
 
 def _occluders(primitives: Primitives, scene: Scene) -> Indices:
