@@ -28,8 +28,8 @@ SPP, BOUNCES, REPETITIONS = 16, 5, 5
 SPPS, QUICK_SPPS = (1, 4, 16, 64, 256), (1, 2)
 BOUNCE_COUNTS, QUICK_BOUNCE_COUNTS = (0, 1, 2, 5, 10, 20), (0, 1)
 CHANNELS, QUICK_CHANNELS = (1, 3, 16, 64), (1, 3)
-COUNTS, QUICK_COUNTS = {"triangles": (1, 10, 100, 1000, 5000), "quads": (1, 10, 100, 500),
-                        "spheres": (1, 10, 100)}, {"triangles": (1, 30), "quads": (1,), "spheres": (1,)}  # fmt: skip
+COUNTS = {"triangles": (1, 10, 100, 1000, 5000), "quads": (1, 10, 100, 500), "spheres": (1, 10, 100, 200)}
+QUICK_COUNTS = {"triangles": (1, 30), "quads": (1,), "spheres": (1,)}
 
 _GREY = Lambertian((0.7, 0.7, 0.7))
 

@@ -23,6 +23,7 @@ from reference_tracer.emitters.delta_lights import DeltaEmitter, delta_lights
 from reference_tracer.emitters.emitter_sample import EmitterSample
 from reference_tracer.emitters.environments import EnvironmentEmitter, NegativeRadianceError, environment
 from reference_tracer.points import NOWHERE, Points
+from reference_tracer.vectors import dot
 from scenes import Disk, Mesh, Quad, Scene, Shape, Sphere
 
 __all__ = ["EmitterSample", "Emitters", "NegativeRadianceError", "bounding_radius"]
@@ -67,7 +68,8 @@ class Emitters:
             if self._environment is not None and self._environment.power > 0:
                 by_surface[NOWHERE] = self._environment
         self._emitters = [*by_surface.values(), *(light for light in deltas if light.power > 0)]
-        power = np.array([emitter.power for emitter in self._emitters])
+        # where it is no float any more, any other positive number does
+        power = np.clip([emitter.power for emitter in self._emitters], 1e-300, 1e300)
         self._choice = power / power.sum()
         self._ends = np.cumsum(self._choice)[:-1]
         self.dimensions = 0 if not len(power) else 2 if len(power) == 1 else 3
@@ -89,7 +91,7 @@ class Emitters:
         lanes = np.flatnonzero(self.emits[points.surface])
         if len(lanes):
             surface = points.surface[lanes]
-            lit = np.einsum("in,in->n", points.n[:, lanes], wo[:, lanes]) > 0
+            lit = dot(points.n[:, lanes], wo[:, lanes]) > 0
             for i in self._zones:
                 here = np.flatnonzero(surface == i)
                 lit[here] &= self._areas[i].in_zone(points.x[:, lanes[here]])
@@ -145,7 +147,7 @@ class Emitters:
         density = np.zeros(len(points))
         emitter = self._found_on[points.surface]
         lanes = np.flatnonzero(emitter >= 0)
-        facing = np.einsum("in,in->n", points.n[:, lanes], wi[:, lanes]) < 0
+        facing = dot(points.n[:, lanes], wi[:, lanes]) < 0
         lanes = lanes[facing | (points.surface[lanes] == NOWHERE)]
         for i, here in _groups(emitter[lanes]):
             some = lanes[here]

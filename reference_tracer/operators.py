@@ -30,6 +30,7 @@ from reference_tracer.propagation import RayCaster
 from reference_tracer.reflection import bsdf_of
 from reference_tracer.samplers import Block
 from reference_tracer.sensing import camera_rays
+from reference_tracer.vectors import dot
 from scenes import Scene
 
 Array = NDArray[np.float64]
@@ -108,7 +109,7 @@ def delta_emission(scene: Scene) -> Field:
         for light in lights:
             l, distance, Li = light.incident(x)  # noqa: E741  the lecture's name
             visible = r.visible(x, l, distance, np.full(len(x), NOWHERE))
-            total += Li * bsdf.f(x, l, v) * (np.abs(np.einsum("in,in->n", x.ns, l)) * visible)
+            total += Li * bsdf.f(x, l, v) * (np.abs(dot(x.ns, l)) * visible)
         return total
 
     return Field(Lo)

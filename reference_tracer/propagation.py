@@ -7,7 +7,7 @@ at the other root of its quadratic. Scenes of any size give the same radiance.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from reference_tracer.shapes.intersection import (
     Boxes,
     Ellipsoids,
     Flats,
+    Shapes,
     disk_excess,
     quad_excess,
     triangle_excess,
@@ -31,11 +32,13 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-class Shapes(Protocol):
-    """Some primitives, met together; see ``intersection``."""
+TOUCHES = 1e-9
+"""Of the distance to a light: what is nearer to it than that is what it lies on, and does not hide it. A lamp in
+the plane of a ceiling would be left to rounding; to validation, too, a gap of 10⁻⁹ is none."""
 
-    def meet(self, x: Array, d: Array, start: Indices, t: Array, primitive: Indices) -> None:
-        """Look for nearer ones."""
+
+LARGE_MESH = 64
+"""Triangles beyond which a mesh is taken to occlude as a whole."""
 
 
 class RayCaster:
@@ -78,7 +81,9 @@ class RayCaster:
         if not self._occluders:
             return np.ones(len(origin), dtype=bool)
         t, primitive = _nearest(self._occluders, origin, d)
-        visible: NDArray[np.bool_] = (t >= distance) | ((primitive == target) & (target != NOWHERE))
+        visible: NDArray[np.bool_] = (t >= distance * (1 - TOUCHES)) | (
+            (primitive == target) & (target != NOWHERE)
+        )
         return visible
 
 
@@ -96,7 +101,7 @@ def _shapes(primitives: Primitives, indices: Indices) -> list[Shapes]:
     p, shapes = primitives, list[Shapes]()
     round_ones = indices[p.round[indices]]
     if len(round_ones):
-        shapes.append(Ellipsoids(p.center[round_ones], p.axes[round_ones], round_ones.tolist()))
+        shapes.append(_grouped(p, round_ones, lambda i: Ellipsoids(p.center[i], p.axes[i], i.tolist())))
     quads = indices[p.kind[indices] == Quad]
     boxes = parallelepipeds.find(p.center[quads], p.axes[quads])
     if boxes:
@@ -105,21 +110,23 @@ def _shapes(primitives: Primitives, indices: Indices) -> list[Shapes]:
         quads = np.delete(quads, faces[faces >= 0])
     kinds = ((Quad, quads, quad_excess), (Disk, indices[p.kind[indices] == Disk], disk_excess),
              (Mesh, indices[p.kind[indices] == Mesh], triangle_excess))  # fmt: skip
-    shapes += [_flats(p, some, excess) for _, some, excess in kinds if len(some)]
+    for _, some, excess in kinds:
+        if len(some):
+            flats = partial(_flats, p, excess)
+            shapes.append(_grouped(p, some, flats))
     return shapes
 
 
-def _flats(p: Primitives, indices: Indices, excess: Callable[[Array, Array], Array]) -> Shapes:
-    """Flat primitives of one kind: tested one by one, or where there are many, in a hierarchy."""
+def _flats(p: Primitives, excess: Callable[[Array, Array], Array], indices: Indices) -> Shapes:
+    return Flats(p.center[indices], p.axes[indices], excess, indices)
 
-    def leaf(some: Indices) -> Flats:
-        chosen = indices[some]
-        return Flats(p.center[chosen], p.axes[chosen], excess, chosen)
 
+def _grouped(p: Primitives, indices: Indices, leaf: Callable[[Indices], Shapes]) -> Shapes:
+    """Primitives of one kind: tested one by one, or where there are many, in a hierarchy."""
     if len(indices) <= LEAF:
-        return leaf(np.arange(len(indices)))
+        return leaf(indices)
     corners = p.corners()[indices]
-    return Hierarchy(corners.min(axis=1), corners.max(axis=1), leaf)
+    return Hierarchy(corners.min(axis=1), corners.max(axis=1), lambda some: leaf(indices[some]))
 
 
 def _occluders(primitives: Primitives, scene: Scene) -> Indices:
@@ -128,7 +135,8 @@ def _occluders(primitives: Primitives, scene: Scene) -> Indices:
     In the Cornell box these are the blocks, and the floor, which one of them pierces.
 
     Not a wall that all else is on one side of: a segment between points on one side of a plane doesn't cross it,
-    nor one between points inside an ellipsoid its surface. Not the only emitter: it doesn't hide itself.
+    nor one between points inside an ellipsoid its surface. Not the only emitter: it doesn't hide itself. It is not
+    asked of the triangles of a large mesh: it takes each of them all points of the scene, and few would go.
     """
     everything = np.arange(len(primitives))
     emitting = np.flatnonzero([scene.surfaces[i].emits for i in primitives.surface])
@@ -141,7 +149,11 @@ def _occluders(primitives: Primitives, scene: Scene) -> Indices:
     points = np.unique(np.concatenate([*corners, np.array(lights).reshape(-1, 3)]), axis=0)
     tolerance = 1e-12 * np.abs(points).max(initial=0)
 
+    large = np.bincount(primitives.surface)[primitives.surface] > LARGE_MESH
+
     def occludes(i: int) -> bool:
+        if large[i]:
+            return True
         if primitives.round[i]:
             others = np.concatenate([*np.delete(corners, i, axis=0), np.array(lights).reshape(-1, 3)])
             local = (others - primitives.center[i]) @ np.linalg.inv(primitives.axes[i])

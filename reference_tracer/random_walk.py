@@ -27,6 +27,7 @@ from reference_tracer.propagation import RayCaster
 from reference_tracer.reflection import bsdf_of
 from reference_tracer.samplers import BLOCKS, SAMPLERS, Block, SamplerName
 from reference_tracer.sensing import Film, camera_rays, sensor_dimensions
+from reference_tracer.vectors import dot
 from scenes import Scene
 
 Array = NDArray[np.float64]
@@ -65,6 +66,7 @@ def render(
     Raises:
         TypeError, ValueError: an argument that can't be.
         NonFiniteRadianceError: naming pixel, bounce and surface.
+        NegativeRadianceError: a spherical-harmonics environment is negative somewhere.
     """
     check_scene(scene)
     check_whole(0, bounces=bounces, seed=seed)
@@ -74,14 +76,21 @@ def render(
     # One large array, made and let go, tells glibc to keep freed memory (M_MMAP_THRESHOLD in mallopt(3)). Without
     # it the arrays of every block are fetched from the kernel anew, page by page.
     np.empty(1 << 22)
-    walk, film, done = RandomWalk(scene, strategy), Film(bounces, scene.shape), 0
+    film, done = Film(bounces, scene.shape), 0
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused by the walk itself
+        walk = RandomWalk(scene, strategy)
     for block in BLOCKS[sampler](width, height, spp, seed, walk.dimensions(bounces)):
         film.begin(block)
-        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused by the walk itself
+        with np.errstate(invalid="ignore", over="ignore"):
             walk(block, bounces, film)
         done += block.position.shape[1]
         on_block(done / (spp * height * width))
-    return film.mean(spp)
+    images = film.mean(spp)
+    if not np.isfinite(images).all():
+        bounce, row, column, _ = np.argwhere(~np.isfinite(images))[0]
+        raise NonFiniteRadianceError(f"bounce {bounce}, row {row}, column {column}: the sum of its walks is "
+                                     "beyond all floats; scale the emission down")  # fmt: skip
+    return images
 
 
 class RandomWalk:
@@ -139,13 +148,8 @@ class RandomWalk:
             # ---- the walk ends where nothing is reflected, as on backs
             alive = np.flatnonzero(pdf > 0)
             if len(alive) < len(vertex):
-                vertex, d, lanes, pdf = (
-                    vertex[alive],
-                    d.take(alive, axis=1),
-                    lanes.take(alive),
-                    pdf.take(alive),
-                )
-                throughput = throughput.take(alive, axis=1)
+                vertex, d, lanes = vertex[alive], d.take(alive, axis=1), lanes.take(alive)
+                pdf, throughput = pdf.take(alive), throughput.take(alive, axis=1)
 
     def _found(self, previous: Points, vertex: Points, d: Array, pdf: Array) -> Array:
         """Le of emitters met by chance, ``(channels, n)``, with the weight of having been found that way."""
@@ -170,12 +174,13 @@ class RandomWalk:
         pdf = light.pdf
         if self.strategy == "mis":
             pdf = pdf + ~light.delta * self.bsdf.pdf(vertex, light.wi, wo)  # w / p = 1 / (p + p_bsdf)
-        cosine = np.abs(np.einsum("in,in->n", vertex.ns, light.wi))
+        cosine = np.abs(dot(vertex.ns, light.wi))
         return lanes, f * light.Li * (cosine / pdf)
 
     def _record(self, film: Film, bounce: int, lanes: Indices, radiance: Array, vertex: Points) -> None:
         """Add radiance to the film; refuse what is none."""
-        if not np.isfinite(radiance.sum()):
+        # one sum is the cheaper test; it may overflow where no term does
+        if not np.isfinite(radiance.sum()) and not np.isfinite(radiance).all():
             at = int(np.argmax(~np.isfinite(radiance).all(axis=0)))
             row, column = film.pixel(int(lanes[at]))
             i = int(vertex.surface[at])

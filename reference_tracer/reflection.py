@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer import sampling
-from reference_tracer.bsdfs.bsdf import BSDF, TINY, BSDFSample, cosine, dot, front, table
+from reference_tracer.bsdfs.bsdf import BSDF, BSDFSample, cosine, front, table
 from reference_tracer.bsdfs.microfacet import RoughConductorBSDF, RoughDielectricBSDF
 from reference_tracer.bsdfs.specular import ConductorBSDF, DielectricBSDF, MirrorBSDF
 from reference_tracer.bsdfs.textures import Albedo
 from reference_tracer.points import NOWHERE, Points
+from reference_tracer.vectors import TINY, norm
 from scenes import (
     Blend,
     Conductor,
@@ -69,7 +70,7 @@ class LambertianBSDF:
         """
         sphere = np.stack([*(2 * np.sqrt(u[0] * (1 - u[0])) * sampling.circle(u[1])), 1 - 2 * u[0]])
         chord = sphere + points.ns
-        length = np.sqrt(dot(chord, chord))
+        length = norm(chord)
         wi = chord / (length + TINY)
         # every chord is on the side of the shading normal, so without one of its own wo alone decides; one point
         # of the sphere is x itself, and gives no direction

@@ -8,6 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_tracer.vectors import dot, norm
+
 Array = NDArray[np.float64]
 
 
@@ -170,10 +172,10 @@ def square_to_spherical_triangle(u: Array, a: Array, b: Array, c: Array) -> Arra
     """
     part = u[0] * spherical_triangle_angle(a, b, c)
     ab, ac = np.cross(a, b, axis=0), np.cross(a, c, axis=0)
-    cos_alpha, sin_alpha = np.einsum("in,in->n", ab, ac), np.abs(np.einsum("in,in->n", ab, c))
+    cos_alpha, sin_alpha = dot(ab, ac), np.abs(dot(ab, c))
     scale = np.hypot(cos_alpha, sin_alpha)
     cos_alpha, sin_alpha = cos_alpha / scale, sin_alpha / scale
-    cos_c = np.einsum("in,in->n", a, b)
+    cos_c = dot(a, b)
     # eq. 1: q = cos b′, with s = sin(part − α) and t = cos(part − α)
     s = np.sin(part) * cos_alpha - np.cos(part) * sin_alpha
     t = np.cos(part) * cos_alpha + np.sin(part) * sin_alpha
@@ -181,7 +183,7 @@ def square_to_spherical_triangle(u: Array, a: Array, b: Array, c: Array) -> Arra
     above, below = (r * t - p * s) * cos_alpha - r, (r * s + p * t) * sin_alpha
     q = np.clip(np.divide(above, below, out=np.ones_like(below), where=below != 0), -1, 1)
     corner = _along_arc(a, c, q)
-    return _along_arc(b, corner, 1 - u[1] * (1 - np.einsum("in,in->n", corner, b)))
+    return _along_arc(b, corner, 1 - u[1] * (1 - dot(corner, b)))
 
 
 def square_to_spherical_triangle_pdf(a: Array, b: Array, c: Array) -> Array:
@@ -192,16 +194,16 @@ def square_to_spherical_triangle_pdf(a: Array, b: Array, c: Array) -> Array:
 
 def spherical_triangle_angle(a: Array, b: Array, c: Array) -> Array:
     """Solid angle, sr, of spherical triangles; tan Ω/2 (van Oosterom and Strackee 1983, eq. 8), ``(n,)``."""
-    ab, bc, ca = (np.einsum("in,in->n", p, q) for p, q in ((a, b), (b, c), (c, a)))
-    volume = np.abs(np.einsum("in,in->n", np.cross(a, b, axis=0), c))
+    ab, bc, ca = (dot(p, q) for p, q in ((a, b), (b, c), (c, a)))
+    volume = np.abs(dot(np.cross(a, b, axis=0), c))
     angle: Array = 2 * np.arctan2(volume, 1 + ab + bc + ca)
     return angle
 
 
 def _along_arc(start: Array, towards: Array, cosine: Array) -> Array:
     """The point of an arc at an angle from its start."""
-    across = towards - np.einsum("in,in->n", start, towards) * start
-    length = np.sqrt(np.einsum("in,in->n", across, across))
+    across = towards - dot(start, towards) * start
+    length = norm(across)
     across /= np.where(length > 0, length, 1)
     point: Array = cosine * start + np.sqrt(np.maximum(1 - cosine**2, 0)) * across
     return point

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from reference_tracer import sampling
 from reference_tracer.points import Points
 from reference_tracer.samplers import Block
+from reference_tracer.vectors import unit
 from scenes import IrradianceMeter, Orthographic, Pinhole, RadianceMeter, Sensor, ThinLens
 
 Array = NDArray[np.float64]
@@ -43,13 +44,13 @@ def camera_rays(sensor: Sensor, block: Block) -> CameraRays:
     image = np.stack([*block.position, np.ones(count)])
     origin = np.tile(np.array(sensor.origin)[:, None], count)
     if isinstance(sensor, Pinhole):
-        return CameraRays(Points.nowhere(origin), _unit(sensor.pixel_to_direction @ image))
+        return CameraRays(Points.nowhere(origin), unit(sensor.pixel_to_direction @ image))
     if isinstance(sensor, ThinLens):
         # every ray from the lens to the point of focus stands for the one through the centre
         focus = sensor.focus_distance * (sensor.pixel_to_direction @ image)
         disk = sensor.aperture_radius * sampling.square_to_disk(u)
         lens = sensor.frame[:, :2] @ disk
-        return CameraRays(Points.nowhere(origin + lens), _unit(focus - lens))
+        return CameraRays(Points.nowhere(origin + lens), unit(focus - lens))
     if isinstance(sensor, Orthographic):
         d = np.tile(sensor.frame[:, 2:], count)
         return CameraRays(Points.nowhere(origin + sensor.pixel_to_offset @ image), d)
@@ -59,11 +60,6 @@ def camera_rays(sensor: Sensor, block: Block) -> CameraRays:
     normal = np.tile(np.array(sensor.normal)[:, None], count)
     d = sampling.to_world(sampling.square_to_cosine_hemisphere(u), normal)
     return CameraRays(Points.nowhere(origin), d, np.pi)
-
-
-def _unit(d: Array) -> Array:
-    unit: Array = d / np.linalg.norm(d, axis=0)
-    return unit
 
 
 class Film:

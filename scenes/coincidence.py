@@ -40,7 +40,7 @@ def check_coincidence(surfaces: Sequence[Surface]) -> None:
     Raises:
         SceneError: naming both.
     """
-    with np.errstate(over="ignore", invalid="ignore"):  # of coordinates beyond 1e150 nothing is said
+    with np.errstate(all="ignore"):  # of coordinates beyond 1e150, or pieces below rounding, nothing is said
         _check_round(surfaces)
         _check_flat(surfaces)
 

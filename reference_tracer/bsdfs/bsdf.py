@@ -20,12 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer.points import NOWHERE, Points
+from reference_tracer.vectors import dot
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-TINY = 1e-150
-"""Stands for a zero that something is divided by; its square is no zero yet."""
 
 
 @dataclass
@@ -74,18 +72,6 @@ class BSDF(Protocol):
         Returns:
             Shares in [0, 1], of the shape of ``cos_theta``.
         """
-
-
-def dot(a: Array, b: Array) -> Array:
-    """Scalar products of n pairs of vectors, ``(n,)``."""
-    product: Array = np.einsum("in,in->n", a, b)
-    return product
-
-
-def unit(v: Array) -> Array:
-    """The vectors, ``(3, n)``, scaled to length 1; a zero stays one."""
-    length: Array = np.maximum(np.sqrt(dot(v, v)), TINY)
-    return v / length
 
 
 def cosine(points: Points, w: Array) -> Array:

@@ -17,6 +17,15 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+LARGEST = 1e100
+"""Of an index: its square is a number, and all is reflected anyway."""
+
+
+def relative_index(interior: float, exterior: float) -> float:
+    """interior / exterior, within what can be squared."""
+    return min(max(interior / exterior, 1 / LARGEST), LARGEST)
+
+
 def refracted(cos_theta: Array, eta: Array) -> Array:
     """g = η cos θ of the refracted direction, ``(n,)``; 0 under total internal reflection.
 
@@ -50,7 +59,7 @@ def conductor(cos_theta: Array, eta: Array, k: Array) -> Array:
     Returns:
         ``(channels, n)``.
     """
-    n_squared = (eta + 1j * k) ** 2
+    n_squared = (np.minimum(eta, LARGEST) + 1j * np.minimum(k, LARGEST)) ** 2
     g = np.sqrt(n_squared - 1 + cos_theta**2)
     r_s = (cos_theta - g) / (cos_theta + g)
     r_p = (n_squared * cos_theta - g) / (n_squared * cos_theta + g)

@@ -6,9 +6,9 @@
     D_wo(m)   = G1(wo) D(m) max(wo·m, 0) / cos θo                       Heitz 2014, §3: the normals that wo sees
 
 G2 is Smith's shadowing, correlated by height; a material may ask for the separable G1(wi) G1(wo) instead (Walter
-et al., eq. 23). Refraction has the same one. Light scatters once, and what would
-scatter again is lost. The sampling draws m from D_wo, so that f · cos / pdf is F G2 / G1, and a lossless surface
-loses 1 − G2 / G1 on average over D_wo: that is ``single_scattering_loss``.
+et al., eq. 23). Refraction has the same one. Light scatters once, and what would scatter again is lost. The
+sampling draws m from D_wo, so that f · cos / pdf is F G2 / G1, and a lossless surface loses 1 − G2 / G1 on average
+over D_wo: that is ``single_scattering_loss``.
 
 Walter et al. 2007, Microfacet models for refraction through rough surfaces, EGSR.
 Heitz 2014, Understanding the masking-shadowing function in microfacet-based BRDFs, JCGT 3(2).
@@ -24,9 +24,10 @@ from numpy.typing import NDArray
 
 from reference_tracer import sampling
 from reference_tracer.bsdfs import fresnel
-from reference_tracer.bsdfs.bsdf import TINY, BSDFSample, cosine, dot, front, table, unit
+from reference_tracer.bsdfs.bsdf import BSDFSample, cosine, front, table
 from reference_tracer.bsdfs.specular import on_right_side, reflected, refracted
 from reference_tracer.points import NOWHERE, Points
+from reference_tracer.vectors import TINY, dot, unit
 from scenes import RoughConductor, RoughDielectric
 
 Array = NDArray[np.float64]
@@ -202,7 +203,7 @@ class RoughDielectricBSDF:
 
     def __init__(self, materials: Sequence[RoughDielectric | None], channels: int) -> None:
         self._channels = channels
-        self._eta = table(materials, lambda m: m.interior_ior / m.exterior_ior, 1.5)
+        self._eta = table(materials, lambda m: fresnel.relative_index(m.interior_ior, m.exterior_ior), 1.5)
         self._alpha = table(materials, lambda m: m.alpha, 1.0)
         self._separable = table(materials, lambda m: m.shadowing == "separable", 0.0) > 0
 

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer.bsdfs import fresnel
-from reference_tracer.bsdfs.bsdf import TINY, BSDFSample, cosine, dot, front, table
+from reference_tracer.bsdfs.bsdf import BSDFSample, cosine, front, table
 from reference_tracer.points import NOWHERE, Points
+from reference_tracer.vectors import TINY, dot
 from scenes import Conductor, Dielectric, Mirror
 
 Array = NDArray[np.float64]
@@ -113,7 +114,7 @@ class DielectricBSDF(SpecularBSDF):
 
     def __init__(self, materials: Sequence[Dielectric | None], channels: int) -> None:
         super().__init__(channels)
-        self._eta = table(materials, lambda m: m.interior_ior / m.exterior_ior, 1.0)
+        self._eta = table(materials, lambda m: fresnel.relative_index(m.interior_ior, m.exterior_ior), 1.0)
 
     def sample(self, points: Points, wo: Array, u: Array) -> BSDFSample:
         """The mirrored direction, with 1, or the refracted one, with 1 / η²."""

@@ -22,6 +22,7 @@ from reference_tracer import sampling
 from reference_tracer.emitters.emitter_sample import EmitterSample
 from reference_tracer.emitters.near_quads import near_quad
 from reference_tracer.points import Points
+from reference_tracer.vectors import dot, norm
 from scenes import Disk, Ellipsoid, Mesh, PolarRange, Quad, Scene, Sphere, Surface
 
 Array = NDArray[np.float64]
@@ -124,7 +125,7 @@ class FlatEmitter(AreaEmitter):
         if self._near is not None and len(lanes):
             flat = self._near.sample(u.take(lanes, axis=1), local)
             segment[:, lanes] = self._axes.T @ np.stack([*flat, -local[2]])
-        squared = _dot(segment, segment)
+        squared = dot(segment, segment)
         squared += squared == 0  # the reference itself was chosen: not seen, and no NaN
         distance = np.sqrt(squared)
         pdf = squared * distance / (self.area * np.abs(height) + ~lit)
@@ -143,7 +144,7 @@ class FlatEmitter(AreaEmitter):
 
     def _by_solid_angle(self, offset: Array, lit: Mask) -> tuple[NDArray[np.intp], Array, Array]:
         """The lit lanes to which a quad looks large; their local coordinates and its solid angle there."""
-        near = lit & (_dot(offset, offset) * LOOKS_LARGE < self.area)
+        near = lit & (dot(offset, offset) * LOOKS_LARGE < self.area)
         lanes = np.flatnonzero(near) if self._near is not None else np.empty(0, dtype=np.intp)
         local = self._axes @ offset.take(lanes, axis=1)
         if self._near is None or not len(lanes):
@@ -165,22 +166,12 @@ def _square_to_centred_square(u: Array) -> Array:
     return u - 0.5
 
 
-def _dot(a: Array, b: Array) -> Array:
-    product: Array = np.einsum("in,in->n", a, b)
-    return product
-
-
-def _norm(a: Array) -> Array:
-    length: Array = np.sqrt(_dot(a, a))
-    return length
-
-
 def _cube(a: Array) -> Array:
     return a * a * a  # a power takes five times as long
 
 
 def _distance(reference: Points, points: Points) -> Array:
-    return _norm(points.x - reference.x)
+    return norm(points.x - reference.x)
 
 
 class MeshEmitter(AreaEmitter):
@@ -202,7 +193,7 @@ class MeshEmitter(AreaEmitter):
         s, t = sampling.square_to_triangle(np.stack([np.clip(rest, 0, 1), u[1]]))
         chosen = self._corner[:, triangle] + s * self._u[:, triangle] + t * self._v[:, triangle]
         segment = chosen - reference.x
-        distance = _norm(segment)
+        distance = norm(segment)
         distance[distance == 0] = 1
         height = self._height(reference, triangle)
         primitive = self.primitive + triangle
@@ -218,7 +209,7 @@ class MeshEmitter(AreaEmitter):
 
     def _height(self, reference: Points, triangle: NDArray[np.intp]) -> Array:
         """Of the references above the planes of triangles."""
-        return _dot(self._normal[:, triangle], reference.x - self._corner[:, triangle])
+        return dot(self._normal[:, triangle], reference.x - self._corner[:, triangle])
 
 
 class EllipsoidEmitter(AreaEmitter):
@@ -242,10 +233,8 @@ class EllipsoidEmitter(AreaEmitter):
         self._inverse, self._volume = np.linalg.inv(self._matrix), abs(np.linalg.det(self._matrix))
         super().__init__(surface, primitive, self._surface_area())
         self._center = np.array(shape.center)[:, None]
-        self._lit_inside, self._lit_outside = (
-            surface.two_sided or shape.inward,
-            surface.two_sided or not shape.inward,
-        )
+        self._lit_inside = surface.two_sided or shape.inward
+        self._lit_outside = surface.two_sided or not shape.inward
 
     def _surface_area(self) -> float:
         """4π times the mean of dA / dω = |det M| |M⁻ᵀ ω| over the unit sphere, well enough for a choice."""
@@ -258,7 +247,7 @@ class EllipsoidEmitter(AreaEmitter):
     def sample(self, reference: Points, u: Array) -> EmitterSample:
         """As the base class says."""
         o, outside, on = self._local(reference)
-        squared = _dot(o, o)
+        squared = dot(o, o)
         radius = np.sqrt(squared)
         versine = np.where(outside, _cone(squared), 2.0) * u[0]
         versine = np.where(on, u[0] / (1 + np.sqrt(1 - u[0])), versine)  # 1 − √(1 − u)
@@ -271,7 +260,7 @@ class EllipsoidEmitter(AreaEmitter):
         t = np.where(on, 2 * cosine, radius * cosine + np.where(outside, -root, root))
 
         world = self._matrix @ d
-        stretch = _norm(world)
+        stretch = norm(world)
         lit = np.where(outside, self._lit_outside, self._lit_inside)
         pdf = self._local_pdf(squared, outside, on, cosine) * _cube(stretch) / self._volume
         return self._sample(world / stretch, np.maximum(t, 0) * stretch, np.where(lit, pdf, 1), lit)
@@ -280,9 +269,9 @@ class EllipsoidEmitter(AreaEmitter):
         """As the base class says."""
         o, outside, on = self._local(reference)
         d = self._inverse @ wi
-        squeeze = _norm(d)
-        cosine = -_dot(o, d) / squeeze
-        density = self._local_pdf(_dot(o, o), outside, on, cosine)
+        squeeze = norm(d)
+        cosine = -dot(o, d) / squeeze
+        density = self._local_pdf(dot(o, o), outside, on, cosine)
         world: Array = density / (_cube(squeeze) * self._volume)
         return world
 
@@ -290,7 +279,7 @@ class EllipsoidEmitter(AreaEmitter):
         """References where the surface is the unit sphere; whether they are outside of it; whether on it."""
         o: Array = self._inverse @ (reference.x - self._center)
         on = reference.primitive == self.primitive
-        return o, (_dot(o, o) > 1) & ~on, on
+        return o, (dot(o, o) > 1) & ~on, on
 
     def _local_pdf(self, squared: Array, outside: Mask, on: Mask, cosine: Array) -> Array:
         density = np.where(outside, sampling.square_to_cone_pdf(_cone(squared)), 1 / (4 * np.pi))
@@ -311,10 +300,8 @@ class ZoneEmitter(AreaEmitter):
         super().__init__(surface, primitive, shape.area * zone.fraction)
         self._center, self._radius = np.array(shape.center)[:, None], shape.radius
         self._axis, self._cosines = np.array(zone.axis), zone.cosines
-        self._lit_inside, self._lit_outside = (
-            surface.two_sided or shape.inward,
-            surface.two_sided or not shape.inward,
-        )
+        self._lit_inside = surface.two_sided or shape.inward
+        self._lit_outside = surface.two_sided or not shape.inward
 
     def in_zone(self, x: Array) -> Mask:
         """Whether points of the sphere belong to the zone."""
@@ -327,7 +314,7 @@ class ZoneEmitter(AreaEmitter):
         axis = np.broadcast_to(self._axis[:, None], reference.x.shape)
         outward = sampling.to_world(sampling.square_to_zone(u, *self._cosines), axis)
         segment = self._center + self._radius * outward - reference.x
-        distance = _norm(segment)
+        distance = norm(segment)
         distance[distance == 0] = 1
         wi = segment / distance
         cosine = self._cosine(reference, outward, wi, distance)
@@ -345,11 +332,11 @@ class ZoneEmitter(AreaEmitter):
     def _cosine(self, reference: Points, outward: Array, wi: Array, distance: Array) -> Array:
         """Of the angle between the outward normal and the way back to the reference; from itself −t / 2r."""
         on = reference.primitive == self.primitive
-        return np.where(on, -distance / (2 * self._radius), -_dot(outward, wi))
+        return np.where(on, -distance / (2 * self._radius), -dot(outward, wi))
 
     def _lit(self, reference: Points, cosine: Array) -> Mask:
         """Whether the side seen emits. The inner side is seen from within alone; else the sphere hides it."""
         o = (reference.x - self._center) / self._radius
-        within = (_dot(o, o) <= 1) | (reference.primitive == self.primitive)
+        within = (dot(o, o) <= 1) | (reference.primitive == self.primitive)
         lit: Mask = np.where(within, (cosine < 0) & self._lit_inside, (cosine > 0) & self._lit_outside)
         return lit

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from reference_tracer.emitters.emitter_sample import EmitterSample
 from reference_tracer.points import NOWHERE, Points
+from reference_tracer.vectors import norm
 from scenes import DeltaLight, DirectionalLight, PointLight, Scene, SpotLight
 
 Array = NDArray[np.float64]
@@ -69,7 +70,7 @@ class DeltaEmitter:
             wi = np.tile(-np.array(self.light.direction)[:, None], n)
             return wi, np.full(n, np.inf), np.tile(np.array(self.light.irradiance)[:, None], n)
         segment = np.array(self.light.position)[:, None] - reference.x
-        distance = np.sqrt(np.einsum("in,in->n", segment, segment))
+        distance = norm(segment)
         there = distance == 0
         distance[there] = 1
         wi = segment / distance

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer import sampling
+from reference_tracer.vectors import unit
 
 Array = NDArray[np.float64]
 
@@ -89,5 +90,5 @@ class Parallelogram(NearQuad):
         for s, t in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)):
             corner = np.abs(reference)
             corner[0], corner[1] = s * self.u + t * self.v - reference[0], t * self.v_across - reference[1]
-            corners.append(corner / np.sqrt(np.einsum("in,in->n", corner, corner)))
+            corners.append(unit(corner))
         return corners

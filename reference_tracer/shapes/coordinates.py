@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from reference_tracer.points import NOWHERE, Points
 from reference_tracer.shapes.primitives import Primitives
+from reference_tracer.vectors import dot, norm
 from scenes import Mesh, Scene
 from scenes.materials import is_textured
 
@@ -44,7 +45,7 @@ class Coordinates:
             lanes = np.flatnonzero(primitive == i)
             x[:, lanes], n[:, lanes] = self._on_ellipsoid(int(i), x.take(lanes, axis=1))
         if self._two_sided.any():
-            behind = np.flatnonzero(self._two_sided.take(surface) & (np.einsum("in,in->n", n, d) > 0))
+            behind = np.flatnonzero(self._two_sided.take(surface) & (dot(n, d) > 0))
             n[:, behind] *= -1
         points = Points(x, n, surface, primitive, n)
         if len(self._smooth):
@@ -61,9 +62,9 @@ class Coordinates:
             self._surfaces[self._p.surface[i]].shape,
         )
         local = self._inverse[i].T @ (x - center)
-        local /= np.sqrt((local * local).sum(axis=0))
+        local /= norm(local)
         n = self._inverse[i] @ local
-        n /= np.sqrt((n * n).sum(axis=0))
+        n /= norm(n)
         return center + rows.T @ local, -n if shape.inward else n
 
     def _local(self, x: Array, primitive: Indices) -> Array:
@@ -80,10 +81,10 @@ class Coordinates:
             if len(lanes):
                 mesh, at = self._surfaces[i].shape, points[lanes]
                 smooth = self._interpolate(np.array(mesh.normals), mesh, int(i), at)  # type: ignore[union-attr,arg-type]
-                smooth /= np.sqrt((smooth * smooth).sum(axis=0))
+                smooth /= norm(smooth)
                 # on the side of the normal, which on a two-sided mesh may have been turned
                 front = self._normal.take(at.primitive, axis=1)
-                ns[:, lanes] = smooth * np.sign((front * at.n).sum(axis=0))
+                ns[:, lanes] = smooth * np.sign(dot(front, at.n))
         return ns
 
     def _interpolate(self, values: Array, mesh: Mesh, surface: int, at: Points) -> Array:

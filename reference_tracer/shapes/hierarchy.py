@@ -1,4 +1,4 @@
-"""A bounding volume hierarchy for many flat shapes, walked by whole blocks of rays (Rubin and Whitted 1980).
+"""A bounding volume hierarchy for many shapes, walked by whole blocks of rays (Rubin and Whitted 1980).
 
 A node looks at all its children at once: the rays are held against the children's boxes in one stacked pass, and
 each child gets those that meet its box before what they have met so far. NumPy pays per call, so nodes are wide
@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_tracer.shapes.intersection import TINY, Flats
+from reference_tracer.shapes.intersection import TINY, Shapes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -23,16 +23,16 @@ CHILDREN = 8
 
 
 class Hierarchy:
-    """Flat shapes, grouped by nearness; ``meet`` as of all shapes."""
+    """Shapes, grouped by nearness; ``meet`` as of all shapes."""
 
-    def __init__(self, low: Array, high: Array, leaf: Callable[[Indices], Flats]) -> None:
+    def __init__(self, low: Array, high: Array, leaf: Callable[[Indices], Shapes]) -> None:
         """Build it.
 
         Args:
             low, high: corners of the bounding boxes of all shapes, ``(shapes, 3)``.
             leaf: makes the shapes of these indices.
         """
-        self._children: list[Flats | Hierarchy] = []
+        self._children: list[Shapes] = []
         lows, highs = [], []
         for group in _split((low + high) / 2, np.arange(len(low)), CHILDREN):
             if len(group) <= LEAF:

@@ -22,6 +22,7 @@ has to be looked after.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,13 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 TINY = 1e-300
+
+
+class Shapes(Protocol):
+    """Some primitives, met together."""
+
+    def meet(self, x: Array, d: Array, start: Indices, t: Array, primitive: Indices) -> None:
+        """See the module."""
 
 
 def frames(centers: Array, axes: Array) -> tuple[Array, Array]:

@@ -268,6 +268,25 @@ def _reflected_and_scaled(material: Material, degrees: float) -> float:
     return float((f * np.abs(cos_i) * weight).sum())
 
 
+@pytest.mark.parametrize(
+    "material",
+    [
+        Dielectric(1e200),
+        Dielectric(1e200, 1e-200),
+        Conductor((1e200,), (1e200,)),
+        Conductor((1e-200,), (1e200,)),
+        Dielectric(1.0, 1e200),
+    ],
+)
+def test_an_index_beyond_all_numbers_reflects_everything(material: Material) -> None:
+    """F → 1 as |η| → ∞ or 0; a square that is no number any more must not make it anything else."""
+    sky = ConstantEnvironment((1.0,))
+    found = mean(
+        lit(Sphere((0, 0, 0), 1.0), sky, sensor=RadianceMeter((0.3, 0, 3), (0, 0, -1)), material=material), 2
+    )
+    np.testing.assert_allclose(found[:, 0], [0, 1, 0], rtol=1e-12, atol=1e-12)
+
+
 # ---- mirrors
 
 
@@ -311,6 +330,25 @@ def test_point_lights() -> None:
         assert mean(scene, 1, 4000)[1, 0] == pytest.approx(
             expected, rel=0.1
         )  # one of them is chosen by chance
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("offset", [0.0, 100.0])
+def test_a_point_light_in_the_plane_of_a_ceiling(turned: bool, offset: float) -> None:
+    """It lights all the floor, whichever way the ceiling faces; no pixel is left to rounding."""
+    height, high = 1.7, offset + 1.7
+    edges = ((2.0, 0.0, 0.0), (0.0, 2.0, 0.0))
+    ceiling = Surface("ceiling", Quad((-1.0, -1.0, high), *(edges[::-1] if turned else edges)), BLACK)
+    floor = Surface("floor", Quad((-1.0, -1.0, offset), *edges), Lambertian((0.8,)))
+    above = Surface("above", Sphere((0.0, 0.0, offset + 4.0), 0.1), BLACK)  # so that the ceiling may occlude
+    lamp, eye = (0.1, 0.2, high), np.array([0.0, 0.0, high - 0.01])
+    for x, y in np.random.default_rng(0).uniform(-0.9, 0.9, (100, 2)):
+        look = tuple(([x, y, offset] - eye).tolist())
+        found = mean(
+            Scene((ceiling, floor, above), RadianceMeter(tuple(eye), look), (PointLight(lamp, (3.0,)),)), 1
+        )
+        d = math.hypot(x - lamp[0], y - lamp[1], height)
+        assert found[1, 0] == pytest.approx(0.8 / math.pi * 3 * height / d**3, rel=1e-10)
 
 
 @pytest.mark.parametrize(("x", "share"), [(0.0, 1.0), (0.2, 1.0), (0.45, None), (0.9, 0.0)])

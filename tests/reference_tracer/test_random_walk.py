@@ -16,7 +16,7 @@ from reference_tracer.propagation import RayCaster
 from reference_tracer.random_walk import STRATEGIES, NonFiniteRadianceError, Strategy, render
 from reference_tracer.reflection import LambertianBSDF
 from reference_tracer.samplers import SAMPLERS, Block, SamplerName
-from scenes import Scene
+from scenes import ConstantEnvironment, Lambertian, Pinhole, Scene, Sphere, Surface
 from scenes.library import case
 
 BOUNCES, REPLICATES = 4, 24
@@ -238,6 +238,21 @@ def test_bounce_0_alone(strategy: Strategy) -> None:
     levels = image[0] / np.array([4.0, 3.0, 5.0]) * 5
     np.testing.assert_allclose(levels, levels.round(), atol=1e-12)  # E is on or off in each of the 5 samples
     assert 0 < levels.mean() < 5
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_radiance_up_to_the_largest_floats(strategy: Strategy) -> None:
+    """Sums over a block overflow before any pixel does; where a pixel does, it is an error and no image."""
+    camera = Pinhole((0, 0, 3), (0, 0, 0), (0, 1, 0), 60.0, 40, 40)
+
+    def glowing(radiance: float) -> Scene:
+        ball = Surface("ball", Sphere((0, 0, 0), 1.0), Lambertian((0.5,)))
+        return Scene((ball,), camera, (ConstantEnvironment((radiance,)),))
+
+    image = render(glowing(1e306), 2, 4, 0, strategy)
+    np.testing.assert_allclose(image, 1e306 * render(glowing(1.0), 2, 4, 0, strategy), rtol=1e-12)
+    with pytest.raises(NonFiniteRadianceError, match=r"^bounce 0, row 0, column 0: the sum of its walks"):
+        render(glowing(4e307), 2, 8, 0, strategy)
 
 
 @pytest.mark.parametrize("strategy", STRATEGIES)

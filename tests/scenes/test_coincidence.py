@@ -234,6 +234,12 @@ def test_a_scene_is_checked() -> None:
         Scene((Surface("a", square(), GREY), Surface("b", square(), GREY)), camera, sky)
 
 
+def test_pieces_below_the_rounding_of_their_place() -> None:
+    """Their corners fall together; that is no coincidence with anything, nor a warning."""
+    tiny = Quad((1e3, 0.0, 0.0), (1e-14, 1e-170, 0.0), (0.0, 0.0, 1e-5))
+    check_coincidence([Surface("tiny", tiny, GREY), Surface("square", square(), GREY)])
+
+
 # ---- solids that stand on something
 
 

@@ -9,7 +9,7 @@ from reference_tracer.points import NOWHERE, Points
 from reference_tracer.propagation import RayCaster
 from reference_tracer.shapes.hierarchy import LEAF, Hierarchy
 from reference_tracer.shapes.intersection import Flats, triangle_excess
-from scenes import AreaLight, Lambertian, Mesh, Pinhole, Scene, Surface
+from scenes import AreaLight, Lambertian, Mesh, Pinhole, Scene, Sphere, Surface
 
 CAMERA = Pinhole((0.0, 0.0, 0.1), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0), 40.0, 4, 4)
 
@@ -47,6 +47,36 @@ def test_as_without_it(count: int) -> None:
     np.testing.assert_array_equal(found[0][1], found[1][1])
     np.testing.assert_array_equal(found[0][0], found[1][0])
     assert np.count_nonzero(found[0][1] >= 0) > (0 if count < 200 else 200)
+
+
+def test_many_balls_as_one_by_one() -> None:
+    """From space, and from points on balls and within them; nearest first, told by an independent formula."""
+    rng, n = np.random.default_rng(3), 3000
+    centers, radii = rng.uniform(-1, 1, (LEAF * 8, 3)), rng.uniform(0.01, 0.2, LEAF * 8)
+    balls = [
+        Surface(f"{i}", Sphere(c.tolist(), float(r)), Lambertian((0.5,)), AreaLight((1.0,)))
+        for i, (c, r) in enumerate(zip(centers, radii, strict=True))
+    ]
+    caster = RayCaster(Scene(tuple(balls), CAMERA))
+    assert isinstance(caster._all[0], Hierarchy)
+    at = Points.nowhere(rng.uniform(-1, 1, (3, n)))
+    for _ in range(3):
+        d = rng.standard_normal((3, n))
+        d /= np.linalg.norm(d, axis=0)
+        met = caster(at, d)
+        # |x + t d − c|² = r², all rays by all balls
+        offset = at.x.T[:, None] - centers
+        b, c = np.einsum("nsi,in->ns", offset, d), (offset**2).sum(axis=2) - radii**2
+        c[np.arange(n), at.primitive] = np.where(at.primitive >= 0, 0, c[np.arange(n), at.primitive])
+        root = np.sqrt(np.where(b * b > c, b * b - c, np.nan))
+        t = np.where(-b - root > 1e-12, -b - root, -b + root)
+        t = np.where(t > 1e-12, t, np.inf)
+        np.testing.assert_array_equal(
+            met.primitive, np.where(np.isfinite(t).any(axis=1), t.argmin(axis=1), NOWHERE)
+        )
+        assert np.count_nonzero(met.primitive >= 0) > n / 10
+        at = met[np.flatnonzero(met.primitive >= 0)]
+        n = len(at)
 
 
 def ball(bands: int) -> Mesh:
