@@ -14,6 +14,6 @@ need SciPy.
     precomputed_transfer.py   the same under distant light, linear in its spherical harmonics
     elements/            their meshes, bases, form factors and pixel averages
 
-``points.py`` is what travels between them: blocks of points of surfaces. ``arguments.py`` refuses what callers may
-mistake. What can be rendered: docs/scenes.md.
+``points.py`` is what travels between them: blocks of points of surfaces. ``vectors.py`` has products and lengths of
+vectors. ``arguments.py`` refuses what callers may mistake. What can be rendered: docs/scenes.md.
 """
