@@ -44,7 +44,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--json", action="store_true", help="a list of objects, for programs")
     parser.add_argument("--row", action="append", choices=list(ROWS), help="only this one; may be repeated")
     parser.add_argument(
-        "--quick", action="store_true", help="tiny renders: tests the command, measures nothing"
+        "--quick",
+        action="store_true",
+        help="tiny renders, to try the command: figures and exit code mean nothing",
     )
     parser.add_argument(
         "--scaling", action="store_true", help="nanoseconds per path over shapes, spp, bounces, channels"

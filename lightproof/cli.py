@@ -71,7 +71,7 @@ def validate(
 
     Example: lightproof validate furnace-box cornell-box --renderer mitsuba --budget 60
     """
-    chosen = [_case(name, bounces) for name in dict.fromkeys(cases or library.CASES)]
+    chosen = [_case(name, bounces) for name in dict.fromkeys(cases or library.DEFAULT)]
     # the same renderer by two names is one
     renderers = list({_renderer(name): name for name in reversed(renderer or DEFAULT_RENDERERS)}.values())[
         ::-1

@@ -6,19 +6,18 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from scenes.case import Case
-from scenes.library.cornell_box import cornell_box
-from scenes.library.furnace import furnace_box, furnace_sphere
-from scenes.library.integrating_sphere import integrating_sphere
+from scenes.library import cornell_box, furnace, integrating_sphere
 from scenes.names import look_up
 
+FAMILIES = (furnace, integrating_sphere, cornell_box)
+"""Each has ``CASES``: name → function that makes the case."""
+
 CASES: Mapping[str, Callable[[], Case]] = MappingProxyType(
-    {
-        "furnace-box": furnace_box,
-        "furnace-sphere": furnace_sphere,
-        "integrating-sphere": integrating_sphere,
-        "cornell-box": cornell_box,
-    }
+    {name: make for family in FAMILIES for name, make in family.CASES.items()}
 )
+
+DEFAULT = ("furnace-box", "furnace-sphere", "integrating-sphere", "cornell-box")
+"""What a validation looks at unless told otherwise: little enough for a coffee, much enough for most faults."""
 
 
 def case(name: str) -> Case:

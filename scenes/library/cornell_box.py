@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 
 from scenes.case import Case, Estimate, Tolerance
 from scenes.lights import AreaLight
@@ -93,3 +94,6 @@ def cornell_box() -> Case:
         derivation=_DERIVATION,
         blind_to="an error that the reference tracer shares",
     )
+
+
+CASES: Mapping[str, Callable[[], Case]] = {"cornell-box": cornell_box}

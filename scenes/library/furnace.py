@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 
 from scenes.case import Case, Formula, Images, Tolerance
@@ -80,3 +82,6 @@ def furnace_sphere() -> Case:
         derivation=_DERIVATION,
         blind_to=_BLIND_TO,
     )
+
+
+CASES: Mapping[str, Callable[[], Case]] = {"furnace-box": furnace_box, "furnace-sphere": furnace_sphere}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 
 from scenes.case import Case, Formula, Images, Tolerance
@@ -86,3 +88,6 @@ def integrating_sphere() -> Case:
             "is convex"
         ),
     )
+
+
+CASES: Mapping[str, Callable[[], Case]] = {"integrating-sphere": integrating_sphere}

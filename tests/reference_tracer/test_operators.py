@@ -38,7 +38,7 @@ from scenes import (
     SpotLight,
     Surface,
 )
-from scenes.library import CASES, case
+from scenes.library import DEFAULT, case
 
 COUNT = 300
 
@@ -140,7 +140,7 @@ def test_propagation_finds_no_emission_nowhere() -> None:
 # ---- T
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", DEFAULT)
 @pytest.mark.parametrize("power", [1, 3])
 def test_transport_is_linear(name: str, power: int) -> None:
     scene = scene_of(name)
@@ -152,14 +152,14 @@ def test_transport_is_linear(name: str, power: int) -> None:
     same(T()(a * X + b * Y), a * T()(X) + b * T()(Y), here)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", DEFAULT)
 def test_transport_is_reflection_after_propagation(name: str) -> None:
     scene = scene_of(name)
     G, R = propagation(scene), reflection(scene, sampling.stream(3))
     same((R @ G)(X), transport(scene, sampling.stream(3))(X), surface_points(scene))
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", DEFAULT)
 @pytest.mark.parametrize("power", [1, 2, 4])
 def test_no_bounce_is_brighter_than_the_albedo_allows(name: str, power: int) -> None:
     scene = scene_of(name)
@@ -195,7 +195,7 @@ def test_light_is_additive() -> None:
     assert not np.allclose(parts[0], parts[1])
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", DEFAULT)
 def test_the_neumann_series_is_the_sum_of_powers(name: str) -> None:
     scene = scene_of(name)
     E, here = emission(scene), surface_points(scene)
