@@ -1,4 +1,4 @@
-"""The pages of the library: ``python docs/cases.py`` writes docs/cases/, a page per family, from the cases themselves.
+"""The pages of the library: ``python docs/cases.py`` writes docs/cases/, a page per family, from the cases.
 
 A picture shows every bounce of the answer, E first, all at one exposure; an answer of one pixel is a table.
 """
@@ -31,9 +31,8 @@ def truth(made: Case) -> NDArray[np.float64]:
 
 
 def exposure(images: NDArray[np.float64]) -> float:
-    """One factor for all bounces: what suits their average, with the lamp left out where there is more than it."""
-    later = images[1:]
-    return automatic(later.mean(axis=0), images[0]) if len(later) else automatic(images[0])
+    """One factor for all bounces: what suits the first one after E that has light."""
+    return automatic(*images[1:], images[0])
 
 
 def strip(images: NDArray[np.float64]) -> Pixels:
