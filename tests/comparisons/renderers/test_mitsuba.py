@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from comparisons.renderers import Unsupported
-from comparisons.renderers.mitsuba import MitsubaRenderer, zone_texture
+from comparisons.renderers.mitsuba import MitsubaRenderer
+from comparisons.renderers.mitsuba_scene import zone_texture
 from reference_tracer.random_walk import render
 from scenes import (
     AreaLight,
