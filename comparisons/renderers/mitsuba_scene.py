@@ -231,7 +231,8 @@ def _sphere(mi: Any, surface: Surface) -> Dict:
 
 def _mesh(mi: Any, mesh: Mesh, file: Path) -> Dict:
     smooth, textured = mesh.normals is not None, mesh.uv is not None
-    made = mi.Mesh("mesh", len(mesh.vertices), len(mesh.triangles), smooth, textured)
+    counts = {"vertex_count": len(mesh.vertices), "face_count": len(mesh.triangles)}
+    made = mi.Mesh("mesh", **counts, has_vertex_normals=smooth, has_vertex_texcoords=textured)
     parameters = mi.traverse(made)
     parameters["vertex_positions"] = np.ravel(mesh.vertices).astype(np.float32)
     parameters["faces"] = np.ravel(mesh.triangles).astype(np.uint32)
