@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.renderers import mitsuba
+from comparisons.renderers.mitsuba import MitsubaRenderer
+from comparisons.renderers.mitsuba_scene import sensor_dict
 from reference_tracer.random_walk import render
 from reference_tracer.samplers import SamplerName
 from scenes.library.cornell_box import cornell_box
@@ -31,7 +32,7 @@ class Mitsuba:
     """Mitsuba with the scene loaded: loading is not timed."""
 
     def __init__(self) -> None:
-        self._adapter = mitsuba.MitsubaRenderer("scalar_rgb")
+        self._adapter = MitsubaRenderer("scalar_rgb")
         self._mi: Any = self._adapter._mi
         self._scene = self._adapter._load(SCENE)
         self._paths = [self._adapter._path(depth) for depth in range(1, BOUNCES + 2)]
@@ -50,7 +51,7 @@ class Mitsuba:
         ``orthogonal`` takes the square of a prime: the next one. Its time is that of so many.
         """
         count = next(p * p for p in _PRIMES if p * p >= spp) if sampler == "orthogonal" else spp
-        description = mitsuba._sensor(self._mi, SCENE.sensor)
+        description = sensor_dict(self._mi, SCENE.sensor)
         film = self._mi.load_dict(description | {"sampler": {"type": sampler, "sample_count": count}})
 
         def bounces(seed: int) -> Array:

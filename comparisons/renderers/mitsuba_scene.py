@@ -1,0 +1,383 @@
+"""A scene as Mitsuba 3's dictionary: every translation of conventions that the scene itself needs.
+
+- Mitsuba's shapes face the same way as ours; a sphere whose front is its inside has ``flip_normals``. A two-sided
+  surface is Mitsuba's ``twosided`` BSDF.
+- Its rectangle is [−1, 1]², its disk the unit disk, both with normal +z; both take any affine map that keeps the
+  plane of the shape, a rectangle no shear.
+- Meshes go through a PLY file, since emitters can't be attached to a mesh in memory.
+- Texture coordinates are the same on rectangles and meshes; on a sphere Mitsuba's v runs down from the pole. The
+  first row of a bitmap is at v = 0. A disk has polar ones.
+- A zone of emission is a texture of one column whose rows are equal steps of the polar angle.
+- Rough materials: GGX, visible normals, and the separable shadowing, which is the only one that Mitsuba has.
+- The first row of Mitsuba's environment map is the pole +y, the last one −y, see ``environment_rows``; longitude
+  runs from −z to +x.
+- Its cameras look along +z with x to the left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from comparisons.renderers.protocol import Unsupported
+from scenes import (
+    AreaLight,
+    Blend,
+    Checkerboard,
+    Conductor,
+    ConstantEnvironment,
+    Dielectric,
+    DirectionalLight,
+    Disk,
+    EnvironmentMap,
+    Lambertian,
+    Light,
+    Material,
+    Mesh,
+    Mirror,
+    Orthographic,
+    Pinhole,
+    PointLight,
+    Quad,
+    RadianceMeter,
+    RoughConductor,
+    RoughDielectric,
+    Scene,
+    Sensor,
+    Sphere,
+    SpotLight,
+    Surface,
+    Texture,
+    ThinLens,
+)
+from scenes.materials import is_textured
+from scenes.validation import Vector
+
+Array = NDArray[np.float64]
+Dict = dict[str, Any]
+
+_Z: Vector = (0.0, 0.0, 1.0)
+
+
+def scene_dict(mi: Any, scene: Scene, folder: Path) -> Dict:
+    """The scene as Mitsuba's dictionary.
+
+    Args:
+        mi: the module, its variant set.
+        scene: the scene.
+        folder: where files of meshes are written; they are read when the dictionary is loaded.
+
+    Raises:
+        Unsupported: naming the feature that Mitsuba, in this variant, does not have.
+    """
+    if scene.channels != 3:
+        raise Unsupported(f"{scene.channels} channels: scalar_rgb has 3")
+    return {
+        "type": "scene",
+        "sensor": sensor_dict(mi, scene.sensor),
+        # numbered, since Mitsuba does not take every name
+        **{
+            f"surface{i}": _surface(mi, surface, folder / f"{i}.ply")
+            for i, surface in enumerate(scene.surfaces)
+        },
+        **{f"light{i}": _light(mi, light) for i, light in enumerate(scene.lights)},
+    }
+
+
+def _type(part: msgspec.Struct) -> str:
+    """What a part of a scene is called in JSON."""
+    return str(part.__struct_config__.tag)
+
+
+def _rgb(values: tuple[float, ...]) -> Dict:
+    return {"type": "rgb", "value": list(values)}
+
+
+# ---- sensors
+
+
+def sensor_dict(mi: Any, sensor: Sensor) -> Dict:
+    """The sensor as Mitsuba's dictionary.
+
+    Raises:
+        Unsupported: Mitsuba has none of the kind.
+    """
+    film = {
+        "type": "hdrfilm",
+        "width": sensor.width,
+        "height": sensor.height,
+        "rfilter": {"type": "box"},
+        "pixel_format": "rgb",
+        "component_format": "float32",
+    }
+    common = {"film": film, "sampler": {"type": "independent"}}
+    if isinstance(sensor, RadianceMeter):
+        return {
+            "type": "radiancemeter",
+            "origin": list(sensor.origin),
+            "direction": list(sensor.direction),
+        } | common
+    if not isinstance(sensor, Pinhole | ThinLens | Orthographic):
+        raise Unsupported(f"{_type(sensor)} sensor: Mitsuba's measures on a shape, not at a point")
+    right, up, forward = sensor.frame.T
+    distance = math.dist(sensor.origin, sensor.target)
+    common |= {"near_clip": 1e-6 * distance, "far_clip": 1e6 * distance}
+    if isinstance(sensor, Orthographic):
+        # Mitsuba's image is [−1, 1] across the width, whatever its height
+        half = sensor.extent / 2 * sensor.width / min(sensor.width, sensor.height)
+        view = _placed(mi, [-half * right, half * up, forward], sensor.origin)
+        return {"type": "orthographic", "to_world": view} | common
+    view = _placed(mi, [-right, up, forward], sensor.origin)
+    camera = {"fov_axis": "smaller", "fov": sensor.fov, "to_world": view} | common
+    if isinstance(sensor, ThinLens):
+        lens = {"aperture_radius": sensor.aperture_radius, "focus_distance": sensor.focus_distance}
+        return {"type": "thinlens"} | lens | camera
+    return {"type": "perspective"} | camera
+
+
+# ---- surfaces
+
+
+def _surface(mi: Any, surface: Surface, file: Path) -> Dict:
+    match surface.shape:
+        case Quad():
+            shape = _quad(mi, surface.shape)
+        case Disk():
+            shape = _disk(mi, surface.shape)
+        case Sphere():
+            shape = _sphere(mi, surface)
+        case Mesh():
+            shape = _mesh(mi, surface.shape, file)
+        case _:
+            raise Unsupported(f"{_type(surface.shape)} shape: Mitsuba's sphere refuses it")
+    if surface.two_sided and surface.emits:
+        raise Unsupported("emission from both sides: Mitsuba's area light has one")
+    bsdf = _bsdf(mi, surface.material, _texture_coordinates(mi, surface))
+    shape["bsdf"] = {"type": "twosided", "bsdf": bsdf} if surface.two_sided else bsdf
+    if surface.emission is not None:
+        shape["emitter"] = {"type": "area", "radiance": _radiance(mi, surface.emission)}
+    return shape
+
+
+def _placed(mi: Any, axes: Sequence[Array] | Array, center: Sequence[float] | Array) -> Any:
+    """The map that takes the unit vectors to these axes, and 0 to the centre."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = np.array(axes).T, center
+    return mi.ScalarTransform4f(matrix)
+
+
+def _frame(z: Vector) -> Array:
+    """Three right-handed unit vectors, the last of them this one, ``(3, 3)``."""
+    x = np.cross(np.eye(3)[np.abs(z).argmin()], z)
+    x = x / np.linalg.norm(x)
+    return np.array([x, np.cross(z, x), z])
+
+
+def _texture_coordinates(mi: Any, surface: Surface) -> Any:
+    """The map from Mitsuba's texture coordinates to ours.
+
+    Raises:
+        Unsupported: the material has a texture, and there is no such map.
+    """
+    if not is_textured(surface.material):
+        return mi.ScalarTransform4f()
+    if isinstance(surface.shape, Disk):
+        raise Unsupported("a texture on a disk: Mitsuba's coordinates are polar there")
+    if isinstance(surface.shape, Sphere):
+        if _zone_axis(surface) != _Z:
+            raise Unsupported(
+                "a texture on a sphere with a zone about an axis other than z: both turn together"
+            )
+        return mi.ScalarTransform4f().translate([0.0, 1.0, 0.0]).scale([1.0, -1.0, 1.0])
+    return mi.ScalarTransform4f()
+
+
+def _quad(mi: Any, quad: Quad) -> Dict:
+    if not quad.is_rectangle:
+        raise Unsupported("a parallelogram that is no rectangle: Mitsuba's rectangle refuses shear")
+    u, v = np.asarray(quad.edge_u) / 2, np.asarray(quad.edge_v) / 2
+    to_world = _placed(mi, [u, v, quad.normal], np.asarray(quad.corner) + u + v)
+    return {"type": "rectangle", "to_world": to_world}
+
+
+def _disk(mi: Any, disk: Disk) -> Dict:
+    u, v = np.asarray(disk.axis_u), np.asarray(disk.axis_v)
+    radius = np.linalg.norm(u)
+    if max(abs(u @ v) / radius, abs(np.linalg.norm(v) - radius)) > 1e-6 * radius:
+        raise Unsupported("an ellipse: Mitsuba's disk is round")
+    return {"type": "disk", "to_world": _placed(mi, [u, v, disk.normal], disk.center)}
+
+
+def _zone_axis(surface: Surface) -> Vector:
+    """The polar axis of the zone that emits; +z where there is none."""
+    zone = surface.emission.polar_range if surface.emission else None
+    return zone.axis if zone else _Z
+
+
+def _sphere(mi: Any, surface: Surface) -> Dict:
+    """A sphere, its polar axis turned to that of the zone that emits."""
+    assert isinstance(surface.shape, Sphere)
+    axis = _zone_axis(surface)
+    axes = np.eye(3) if axis == _Z else _frame(axis)
+    to_world = _placed(mi, surface.shape.radius * axes, surface.shape.center)
+    return {"type": "sphere", "to_world": to_world, "flip_normals": surface.shape.inward}
+
+
+def _mesh(mi: Any, mesh: Mesh, file: Path) -> Dict:
+    smooth, textured = mesh.normals is not None, mesh.uv is not None
+    counts = {"vertex_count": len(mesh.vertices), "face_count": len(mesh.triangles)}
+    made = mi.Mesh("mesh", **counts, has_vertex_normals=smooth, has_vertex_texcoords=textured)
+    parameters = mi.traverse(made)
+    parameters["vertex_positions"] = np.ravel(mesh.vertices).astype(np.float32)
+    parameters["faces"] = np.ravel(mesh.triangles).astype(np.uint32)
+    if mesh.normals is not None:
+        parameters["vertex_normals"] = np.ravel(mesh.normals).astype(np.float32)
+    if mesh.uv is not None:
+        parameters["vertex_texcoords"] = np.ravel(mesh.uv).astype(np.float32)
+    parameters.update()
+    made.write_ply(str(file))
+    return {"type": "ply", "filename": str(file), "face_normals": not smooth}
+
+
+# ---- materials
+
+
+def _bsdf(mi: Any, material: Material, to_uv: Any) -> Dict:
+    match material:
+        case Lambertian():
+            return {"type": "diffuse", "reflectance": _albedo(mi, material.albedo, to_uv)}
+        case Mirror():
+            return {
+                "type": "conductor",
+                "material": "none",
+                "specular_reflectance": _rgb(material.reflectance),
+            }
+        case Dielectric():
+            return {"type": "dielectric"} | _media(material)
+        case Conductor():
+            return {"type": "conductor", "eta": _rgb(material.eta), "k": _rgb(material.k)}
+        case RoughConductor():
+            return {"type": "roughconductor", "eta": _rgb(material.eta), "k": _rgb(material.k)} | _ggx(
+                material
+            )
+        case RoughDielectric():
+            return {"type": "roughdielectric"} | _media(material) | _ggx(material)
+        case Blend():
+            first, second = (_bsdf(mi, part, to_uv) for part in (material.first, material.second))
+            return {"type": "blendbsdf", "weight": material.weight, "first": first, "second": second}
+
+
+def _media(material: Dielectric | RoughDielectric) -> Dict:
+    return {"int_ior": material.interior_ior, "ext_ior": material.exterior_ior}
+
+
+def _ggx(material: RoughConductor | RoughDielectric) -> Dict:
+    if material.shadowing != "separable":
+        raise Unsupported(f"{material.shadowing} shadowing: Mitsuba's is the separable one")
+    return {"distribution": "ggx", "alpha": material.alpha, "sample_visible": True}
+
+
+def _albedo(mi: Any, albedo: tuple[float, ...] | Texture, to_uv: Any) -> Dict:
+    if isinstance(albedo, tuple):
+        return _rgb(albedo)
+    if isinstance(albedo, Checkerboard):
+        # one period of Mitsuba's is two squares
+        to_uv = mi.ScalarTransform4f().scale([albedo.columns / 2, albedo.rows / 2, 1.0]) @ to_uv
+        return {
+            "type": "checkerboard",
+            "color0": _rgb(albedo.even),
+            "color1": _rgb(albedo.odd),
+            "to_uv": to_uv,
+        }
+    # Mitsuba's first row is at v = 0
+    return _bitmap(mi, albedo.image.array[::-1], albedo.interpolation) | {"to_uv": to_uv}
+
+
+def _bitmap(mi: Any, pixels: Array, interpolation: str) -> Dict:
+    return {
+        "type": "bitmap",
+        "bitmap": mi.Bitmap(np.ascontiguousarray(pixels, dtype=np.float32)),
+        "raw": True,
+        "filter_type": interpolation,
+        "wrap_mode": "clamp",
+    }
+
+
+# ---- lights
+
+
+def _radiance(mi: Any, light: AreaLight) -> Dict:
+    if light.polar_range is None:
+        return _rgb(light.radiance)
+    return _bitmap(mi, zone_texture(light), "nearest")
+
+
+def zone_texture(light: AreaLight) -> Array:
+    """Radiance over the polar angle, in as few equal steps as have a border at both limits, ``(steps, 1, 3)``.
+
+    Raises:
+        Unsupported: no number of steps up to 3,600 has; the limits are no multiples of a twentieth degree.
+    """
+    zone = light.polar_range
+    assert zone is not None
+    for steps in range(1, 3601):
+        first, last = zone.low / 180 * steps, zone.high / 180 * steps
+        if max(abs(first - round(first)), abs(last - round(last))) < 1e-9:
+            texture = np.zeros((steps, 1, 3))
+            texture[round(first) : round(last)] = light.radiance
+            return texture
+    raise Unsupported(f"emission between {zone.low}° and {zone.high}°: no texture has borders there")
+
+
+def _light(mi: Any, light: Light) -> Dict:
+    match light:
+        case PointLight():
+            return {"type": "point", "position": list(light.position), "intensity": _rgb(light.intensity)}
+        case SpotLight():
+            return _spot(mi, light)
+        case DirectionalLight():
+            return {
+                "type": "directional",
+                "direction": list(light.direction),
+                "irradiance": _rgb(light.irradiance),
+            }
+        case ConstantEnvironment():
+            return {"type": "constant", "radiance": _rgb(light.radiance)}
+        case EnvironmentMap():
+            return _environment_map(mi, light)
+        case _:
+            raise Unsupported(f"{_type(light)} light: Mitsuba has none")
+
+
+def _spot(mi: Any, light: SpotLight) -> Dict:
+    to_world = _placed(mi, _frame(light.direction), light.position)
+    angles = {"cutoff_angle": light.cutoff, "beam_width": light.beam}
+    return {"type": "spot", "to_world": to_world, "intensity": _rgb(light.intensity)} | angles
+
+
+def _environment_map(mi: Any, light: EnvironmentMap) -> Dict:
+    x, y, z = np.asarray(light.axes)
+    return {
+        "type": "envmap",
+        "bitmap": mi.Bitmap(environment_rows(light.image.array).astype(np.float32)),
+        "to_world": _placed(mi, [y, z, -x], (0.0, 0.0, 0.0)),
+    }
+
+
+def environment_rows(pixels: Array) -> Array:
+    """The same map, its rows at 2R + 1 equal steps from pole to pole, ``(2R + 1, columns, channels)``.
+
+    R rows of ours lie in the middle of as many equal zones: every other of these steps. In between the map is
+    linear, beyond the first and the last row constant, and so is what Mitsuba makes of these rows: it is the same
+    map, nothing is lost. Columns lie at the same longitudes.
+    """
+    edges = np.concatenate([pixels[:1], (pixels[:-1] + pixels[1:]) / 2, pixels[-1:]])
+    rows = np.empty((2 * len(pixels) + 1, *pixels.shape[1:]))
+    rows[0::2], rows[1::2] = edges, pixels
+    return rows
