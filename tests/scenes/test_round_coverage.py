@@ -51,7 +51,7 @@ def area_and_middle(polygon: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def check(found: np.ndarray, outline: np.ndarray) -> None:
-    """The same area in all, and the same place: to a twentieth of a pixel, since a pixel does not know where in it."""
+    """The same area in all, and the same place: to 1/20 of a pixel, which does not know where in it."""
     polygon = in_pixels(outline)
     assert polygon.min() > 0, "this check is for outlines inside the image"
     assert (polygon.max(axis=1) < [EYE.width, EYE.height]).all()
