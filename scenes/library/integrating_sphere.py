@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from scenes.case import Case, Formula, Images, Tolerance
-from scenes.coverage import cone_coverage
 from scenes.lights import AreaLight, PolarRange
 from scenes.materials import Lambertian
+from scenes.round_coverage import cap_coverage
 from scenes.scene import Scene
 from scenes.sensor import Pinhole
 from scenes.shapes import Sphere
@@ -26,40 +26,17 @@ of its square inside an ellipse, the cone of rays through the rim cut by the ima
 _SOURCE = "Walsh 1920; Goebel 1967, Appl. Opt. 6(1):125, eq. 1; a cap's share f = (1 − cos θ) / 2, Archimedes"
 
 
-def _cap_coverage(scene: Scene) -> Images:
-    """The share of each pixel that sees the emitting cap, ``(height, width)``.
-
-    With o the camera seen from the sphere's centre, a the cap's axis and h the height of the rim's plane, the
-    ray o + td meets the plane at t = s / (a·d), s = h − a·o, and passes inside the rim, of radius ϱ² = r² − h²
-    around ha, if |o + td − ha|² < ϱ², which is |o + td|² < r² on that plane. Times (a·d)²:
-    dᵀ (r² aaᵀ − BᵀB) d > 0 with B = o aᵀ + s I.
-    """
-    surface = scene.surfaces[0]
-    assert isinstance(surface.shape, Sphere)
-    assert isinstance(scene.sensor, Pinhole)
-    assert surface.emission is not None
-    assert surface.emission.polar_range is not None
-    zone = surface.emission.polar_range
-    if zone.low > 0 and zone.high < 180:
-        raise ValueError("a zone between two rims is no single cone")
-    r, a = surface.shape.radius, np.asarray(surface.emission.polar_range.axis)
-    o = np.subtract(scene.sensor.origin, surface.shape.center)
-    s = r * zone.cosines[0 if zone.low == 0 else 1] - a @ o
-    if (s > 0) != (zone.low == 0):
-        raise ValueError("the camera must see the cap through its rim")
-    B = np.outer(o, a) + s * np.eye(3)
-    return cone_coverage(r**2 * np.outer(a, a) - B.T @ B, np.sign(s) * a, scene.sensor)
-
-
 def _series(scene: Scene, bounces: int) -> Images:
     """E is e on the cap, TᵏE = e f ρᵏ everywhere for k ≥ 1."""
     surface = scene.surfaces[0]
     assert surface.emission is not None
     assert surface.emission.polar_range is not None
     assert isinstance(surface.material, Lambertian)
+    assert isinstance(surface.shape, Sphere)
+    assert isinstance(scene.sensor, Pinhole)
     e, rho = np.asarray(surface.emission.radiance), np.asarray(surface.material.albedo)
     images = np.empty((bounces + 1, *scene.shape))
-    images[0] = _cap_coverage(scene)[..., None] * e
+    images[0] = cap_coverage(surface.shape, surface.emission.polar_range, scene.sensor)[..., None] * e
     for k in range(1, bounces + 1):
         images[k] = e * surface.emission.polar_range.fraction * rho**k
     return images

@@ -1,0 +1,51 @@
+"""The reference tracer against every furnace, bounce by bounce, in quarters of the image."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from reference_tracer.random_walk import STRATEGIES, Strategy, render
+from scenes.library import case
+from scenes.library.furnace import CASES
+
+SEEDS, SIZE = 16, 8
+
+
+def quarters(images: np.ndarray) -> np.ndarray:
+    """``(bounces + 1, 2, 2, channels)``."""
+    half = SIZE // 2
+    return images.reshape(len(images), 2, half, 2, half, -1).mean(axis=(2, 4))
+
+
+def check(
+    name: str, spp: int, strategy: Strategy, resolution: float, expect_means: Callable[..., None]
+) -> None:
+    found = case(name)
+    scene = found.scene.resized(SIZE, SIZE)
+    truth = found.answer.truth(scene, found.bounces)
+    assert truth is not None
+    replicates = np.array(
+        [quarters(render(scene, found.bounces, spp, seed, strategy, "sobol")) for seed in range(SEEDS)]
+    )
+    for k, expected in enumerate(quarters(truth.mean)):
+        for channel in range(scene.channels):  # each relative to its own mean
+            expect_means(replicates[:, k, ..., channel], expected[..., channel], resolution)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_furnaces(name: str, expect_means: Callable[..., None]) -> None:
+    check(name, 256, "mis", 0.02, expect_means)
+
+
+@pytest.mark.parametrize("name", sorted(set(CASES) - {"furnace-convex"}))
+def test_furnaces_without_noise(name: str, expect_means: Callable[..., None]) -> None:
+    """A walk that looks for no lights finds e at every vertex: each walk must be right, to rounding."""
+    check(name, 16, "bsdf", 1e-10, expect_means)
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_the_convex_body_by_every_strategy(strategy: Strategy, expect_means: Callable[..., None]) -> None:
+    check("furnace-convex", 256, strategy, 0.03, expect_means)
