@@ -326,8 +326,8 @@ def block_over_plane() -> Case:
 
 def screened_lamp() -> Case:
     """A black screen inside the outline of the lamp."""
-    lamp = Quad((-0.9, 2.0, -0.8), (1.8, 0.0, 0.0), (0.0, 0.0, 1.6))
-    screen = Quad((-0.22, 1.2, -0.12), (0.35, 0.0, 0.0), (0.0, 0.05, 0.3))
+    lamp = Quad((-1.7, 2.0, -1.7), (1.8, 0.0, 0.0), (0.0, 0.0, 1.6))
+    screen = Quad((-0.62, 1.2, -0.65), (0.35, 0.0, 0.0), (0.0, 0.05, 0.3))
     return direct_case(
         "screened-lamp",
         "A lamp with a screen before its middle: the difference of two form factors",
@@ -336,7 +336,7 @@ def screened_lamp() -> Case:
 {_POLYGON} Seen from any point in view the screen lies within the lamp, so that what is hidden is just what a lamp
 in the place of the screen would give: the irradiance is that by the lamp less that by the screen.""",
         _LAMBERT,
-        sensor=view(origin=(1.3, 1.5, 1.6), target=(0.1, 0.0, 0.1), fov=11.0),
+        sensor=view(origin=(1.9, 1.5, 0.4), target=(0.1, 0.0, 0.1), fov=11.0),
         evaluate=lambda scene, bounces: direct_images(scene, bounces, _behind_a_screen),
         blind_to=f"the place of the shadow's edges, since no point is in full light; {_CONVEX}",
     )

@@ -138,7 +138,7 @@ def bright_texel() -> Case:
         "One bright texel of an environment map on a ball",
         _BALL,
         (EnvironmentMap(Image(pixels), axes),),  # type: ignore[arg-type]
-        Pinhole((1.6, 3.8, 3.3), (0.35, 0.2, 0.45), (0.0, 1.0, 0.0), 10.0, 64, 64),
+        Pinhole((1.6, 3.8, 3.3), (0.35, 0.2, 0.45), (0.4, 1.0, 0.0), 10.0, 64, 64),
         """\
 Between the centres of texels the map is bilinear in θ and φ, so that one texel gives a pyramid: L h(θ) h(φ) with two
 hat functions. It is above the horizon of every point in view, so the irradiance is n·v with v = ∫ L h(θ) h(φ) l dl,
