@@ -6,10 +6,28 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from scenes.case import Case
-from scenes.library import cornell_box, furnace, integrating_sphere, interreflection, point_in_sphere
+from scenes.library import (
+    cornell_box,
+    direct_light,
+    direct_light_of_lights,
+    furnace,
+    integrating_sphere,
+    interreflection,
+    point_in_sphere,
+    rectangles,
+)
 from scenes.names import look_up
 
-FAMILIES = (furnace, integrating_sphere, interreflection, point_in_sphere, cornell_box)
+FAMILIES = (
+    furnace,
+    integrating_sphere,
+    interreflection,
+    point_in_sphere,
+    direct_light,
+    direct_light_of_lights,
+    rectangles,
+    cornell_box,
+)
 """Each has ``CASES``: name → function that makes the case."""
 
 CASES: Mapping[str, Callable[[], Case]] = MappingProxyType(
