@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scenes import fresnel, microfacets
 from scenes.case import Case, Formula, Images, Tolerance
 from scenes.interpolation import interpolated
-from scenes.library.specular import averages, sky
+from scenes.library.specular import averages, cosines, sky
 from scenes.lights import AreaLight, ConstantEnvironment, DirectionalLight
 from scenes.materials import Blend, Conductor, Lambertian, Material, RoughConductor, RoughDielectric
 from scenes.scene import Scene
@@ -69,7 +69,7 @@ def _under_sky(scene: Scene, bounces: int) -> Images:
     e = sky(scene)
 
     def series(k: int, o: Array, d: Array) -> Array:
-        return e * _albedo(material, -floor.normal @ d) if k == 1 else 0 * e * d[:1]
+        return e * _albedo(material, cosines(floor, o, d)) if k == 1 else 0 * e * d[:1]
 
     return averages(scene, bounces, series)
 
@@ -127,7 +127,7 @@ def _tank(scene: Scene, bounces: int) -> Images:
     def series(k: int, o: Array, d: Array) -> Array:
         if k != 1:
             return 0 * above * d[:1]
-        cos_theta = -surface.normal @ d
+        cos_theta = cosines(surface, o, d)
         a = interpolated(lambda c: np.stack(microfacets.dielectric_albedos(glass, c[0])), cos_theta[None])
         return above * a[0] + np.array(below)[:, None] * a[1]
 
@@ -190,6 +190,7 @@ def _under_sun(scene: Scene, bounces: int) -> Images:
     wi = _local(floor, -np.array(sun.direction)[:, None])
 
     def series(k: int, o: Array, d: Array) -> Array:
+        cosines(floor, o, d)  # every ray meets the floor
         return E * _f(material, wi, _local(floor, -d)) * (np.abs(wi[2]) * (k == 1))
 
     return averages(scene, bounces, series)
@@ -276,6 +277,8 @@ def _under_lamp(scene: Scene, bounces: int) -> Images:
     y = np.array(lamp.shape.corner)[:, None] + np.outer(lamp.shape.edge_u, s) + np.outer(lamp.shape.edge_v, t)
     areas = np.outer(weights, weights).ravel() / 4 * lamp.shape.area
     e, n = np.array(lamp.emission.radiance)[:, None], floor.normal
+    assert isinstance(scene.sensor, Pinhole)
+    eye, frame = np.array(scene.sensor.origin), scene.sensor.frame
 
     def reflected(x: Array, wo: Array) -> Array:
         """From one point of the floor, ``(channels,)``."""
@@ -287,17 +290,16 @@ def _under_lamp(scene: Scene, bounces: int) -> Images:
     def series(k: int, o: Array, d: Array) -> Array:
         if k != 1:
             return 0 * e * d[:1]
-        x = o + d * ((np.array(floor.corner) - o.T) @ n / (n @ d))
-        edges, eye = np.array([floor.edge_u, floor.edge_v]), o[:, 0]
+        cosines(floor, o, d)  # every ray meets the floor
+        right, up, forward = frame.T @ d
 
-        def at(st: Array) -> Array:
-            points = np.array(floor.corner)[:, None] + edges.T @ st
-            wo = (eye[:, None] - points) / np.linalg.norm(eye[:, None] - points, axis=0)
+        def at(image: Array) -> Array:
+            rays = frame @ np.stack([*image, np.ones_like(image[0])])
+            wo = -rays / np.linalg.norm(rays, axis=0)
+            points = eye[:, None] - wo * (n @ (np.array(floor.corner) - eye) / -(n @ wo))
             return np.stack([reflected(*pair) for pair in zip(points.T, wo.T, strict=True)], axis=1)
 
-        # coordinates on the floor: its edges are orthogonal
-        st = edges @ (x - np.array(floor.corner)[:, None]) / (edges**2).sum(axis=1)[:, None]
-        return e * interpolated(at, st)
+        return e * interpolated(at, np.stack([right, up]) / forward)
 
     return averages(scene, bounces, series)
 
@@ -321,7 +323,7 @@ def blend_lamp() -> Case:
         derivation="""\
 TE = ∫ f(wi, wo) e cos θi cos θ′ / r² dA over the lamp, with f = (1 − w) ρ/π + w F D G / (4 cos θi cos θo). Every point
 of the floor sees the whole lamp, and the integrand is smooth on it: Gauss's quadrature with 24 × 24 nodes. The result
-is smooth along the floor and is interpolated between Chebyshev points before pixels are averaged. The camera sees
+is smooth over the image and is interpolated between Chebyshev points before pixels are averaged. The camera sees
 neither the lamp nor the edge of the floor: E = 0. The lamp is black: T²E = 0. Next event, sampling of the blend, and
 any mixture of the two must give the same.""",
         blind_to="light that comes from anywhere else; further bounces",

@@ -46,6 +46,23 @@ def sky(scene: Scene) -> Array:
     return np.array(scene.environment.radiance)[:, None]
 
 
+def cosines(quad: Quad, o: Array, d: Array) -> Array:
+    """Cosines at which rays meet the front of a rectangle, ``(n,)``.
+
+    Raises:
+        ValueError: one misses it.
+    """
+    n, corner = quad.normal, np.array(quad.corner)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = o + d * (n @ (corner - o) / (n @ d)) - corner
+    edges = np.array([quad.edge_u, quad.edge_v])
+    st = edges @ x / (edges**2).sum(axis=1)[:, None]
+    if not ((-n @ d > 0) & (st > 0).all(axis=0) & (st < 1).all(axis=0)).all():
+        raise ValueError("a ray misses the plate: the camera must see nothing else, in a less wide image")
+    cos_theta: Array = -n @ d
+    return cos_theta
+
+
 def _one(scene: Scene, kind: type[M]) -> tuple[Surface, M]:
     """The first surface whose material is of a kind, and the material."""
     return next((s, s.material) for s in scene.surfaces if isinstance(s.material, kind))
@@ -151,10 +168,10 @@ def _metal(scene: Scene, bounces: int) -> Images:
     """TE = F(θ) e."""
     surface, metal = _one(scene, Conductor)
     assert isinstance(surface.shape, Quad)
-    n, e = surface.shape.normal, sky(scene)
+    plate, e = surface.shape, sky(scene)
 
     def series(k: int, o: Array, d: Array) -> Array:
-        return fresnel.conductor(-n @ d, metal.eta, metal.k) * (e if k == 1 else 0 * e)
+        return fresnel.conductor(cosines(plate, o, d), metal.eta, metal.k) * (e if k == 1 else 0 * e)
 
     return averages(scene, bounces, series)
 
@@ -182,13 +199,14 @@ is reflected leaves, so T²E = 0. A pixel's average is a quadrature over the ang
 
 def _slab(scene: Scene, bounces: int) -> Images:
     """R above, then (1 − R)² Rᵏ⁻², in turn below and above."""
-    surface, glass = _one(scene, Dielectric)
-    assert isinstance(surface.shape, Quad)
+    _, glass = _one(scene, Dielectric)
+    [top] = [s.shape for s in scene.surfaces if s.name == "slab.top"]
+    assert isinstance(top, Quad)
     above, below = sky(scene), _emission(scene)
     eta = glass.interior_ior / glass.exterior_ior
 
     def series(k: int, o: Array, d: Array) -> Array:
-        R = fresnel.dielectric(np.abs(d[1]), eta)
+        R = fresnel.dielectric(cosines(top, o, d), eta)
         if k < 2:
             return above * R * k
         return (below if k % 2 == 0 else above) * ((1 - R) ** 2 * R ** (k - 2))
@@ -210,7 +228,7 @@ def glass_slab() -> Case:
         family="specular",
         title="A slab of glass, sky above and lamp below: TE = R e, TᵏE = (1 − R)² Rᵏ⁻² e, in turn below and above",
         scene=Scene(surfaces, camera, (ConstantEnvironment((1.0, 2.0, 4.0)),)),
-        answer=Formula(_slab, f"{_FRESNEL}, §1.5.2; the geometric series of §7.6.1 for intensities"),
+        answer=Formula(_slab, f"{_FRESNEL}, §1.5.2; the series of §7.6.1, summed as intensities"),
         bounces=5,
         max_bounces=12,
         tolerance=_TOLERANCE,
@@ -235,7 +253,10 @@ def _ball(scene: Scene, bounces: int) -> Images:
     def series(k: int, o: Array, d: Array) -> Array:
         closest = o - center
         closest = closest - (closest * d).sum(axis=0) * d
-        cos_theta = np.sqrt(1 - (closest**2).sum(axis=0) / r**2)
+        cos2 = 1 - (closest**2).sum(axis=0) / r**2
+        if cos2.min() <= 0:
+            raise ValueError("a ray misses the ball: the camera must see nothing else, in a less wide image")
+        cos_theta = np.sqrt(cos2)
         R = fresnel.dielectric(cos_theta, eta if outside else 1 / eta)
         if k == 0:
             return e * 0 * R
@@ -249,13 +270,13 @@ def _ball(scene: Scene, bounces: int) -> Images:
 def glass_ball() -> Case:
     """A ball of glass so near that nothing else is in the picture."""
     ball = Surface("ball", Sphere((0.1, -0.2, 0.0), 1.0), Dielectric(interior_ior=1.8))
-    camera = Pinhole((1.3, 0.6, 1.2), (0.55, 0.25, 0.1), _UP, 22.0, 64, 64)
+    camera = Pinhole((1.3, 0.6, 1.2), (0.55, 0.25, 0.1), _UP, 18.0, 64, 64)
     return Case(
         name="glass-ball",
         family="specular",
         title="A ball of glass under a constant sky: TE = R e, TᵏE = (1 − R)² Rᵏ⁻² e",
         scene=Scene((ball,), camera, (ConstantEnvironment((3.0, 1.0, 2.0)),)),
-        answer=Formula(_ball, f"{_FRESNEL}, §1.5.2; the series as for the rainbow: Airy, of equal chords"),
+        answer=Formula(_ball, f"{_FRESNEL}, §1.5.2; chords of a sphere are equal"),
         bounces=5,
         tolerance=_TOLERANCE,
         derivation="""\
@@ -293,11 +314,11 @@ def _under_glass(scene: Scene, bounces: int) -> Images:
     """TE = (1 − R) e / η² from below, R e from above."""
     surface, glass = _one(scene, Dielectric)
     assert isinstance(surface.shape, Quad)
-    n, eta = surface.shape.normal, glass.interior_ior / glass.exterior_ior
+    water, eta = surface.shape, glass.interior_ior / glass.exterior_ior
     below, above = _emission(scene), sky(scene)
 
     def series(k: int, o: Array, d: Array) -> Array:
-        R = fresnel.dielectric(-n @ d, eta)
+        R = fresnel.dielectric(cosines(water, o, d), eta)
         return (above * R + below * (1 - R) / eta**2) * (k == 1)
 
     return averages(scene, bounces, series)
