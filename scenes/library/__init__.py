@@ -11,10 +11,12 @@ from scenes.library import (
     direct_light,
     direct_light_of_lights,
     furnace,
+    glossy,
     integrating_sphere,
     interreflection,
     point_in_sphere,
     rectangles,
+    specular,
 )
 from scenes.names import look_up
 
@@ -26,6 +28,8 @@ FAMILIES = (
     direct_light,
     direct_light_of_lights,
     rectangles,
+    specular,
+    glossy,
     cornell_box,
 )
 """Each has ``CASES``: name → function that makes the case."""

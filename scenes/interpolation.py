@@ -1,0 +1,52 @@
+"""Expensive smooth functions at many points: Chebyshev interpolation on the box that the points span, with a check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-9
+"""Of the last coefficients, relative to the largest."""
+
+ORDERS = (12, 24, 48)
+"""Nodes per axis, one after the other until the last coefficients are nothing."""
+
+
+def interpolated(function: Callable[[Array], Array], points: Array) -> Array:
+    """The values of a function, from few evaluations.
+
+    Args:
+        function: points ``(axes, m)`` → ``(channels, m)``, analytic on the box; axes is 1 or 2.
+        points: ``(axes, n)``.
+
+    Returns:
+        ``(channels, n)``.
+
+    Raises:
+        ValueError: the coefficients do not fall.
+    """
+    low, high = points.min(axis=1, keepdims=True), points.max(axis=1, keepdims=True)
+    middle, half = (low + high) / 2, np.maximum((high - low) / 2, 1e-12)
+    at = (points - middle) / half
+    for order in ORDERS:
+        nodes = chebyshev.chebpts1(order)
+        grid = np.stack(np.meshgrid(*[nodes] * len(points), indexing="ij")).reshape(len(points), -1)
+        values = function(middle + half * grid)
+        invert = np.linalg.inv(chebyshev.chebvander(nodes, order - 1))
+        c = values.reshape(-1, *[order] * len(points))
+        for axis in range(1, c.ndim):
+            c = np.moveaxis(np.tensordot(invert, c, axes=(1, axis)), 0, axis)
+        tails = [np.abs(np.take(c, [-2, -1], axis=axis)).max() for axis in range(1, c.ndim)]
+        if max(tails) <= TOLERANCE * np.abs(c).max():
+            first, *rest = (chebyshev.chebvander(a, order - 1) for a in at)
+            for vander in rest:
+                c = np.einsum("nj,cij->cni", vander, c)
+                return np.einsum("cni,ni->cn", c, first)
+            interpolant: Array = c @ first.T
+            return interpolant
+    raise ValueError(f"{ORDERS[-1]} Chebyshev coefficients are not enough; expected a smooth function")

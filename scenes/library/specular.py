@@ -1,0 +1,361 @@
+"""Smooth surfaces: mirrors, metal, glass. Light goes single ways, so that every bounce can be followed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes import fresnel
+from scenes.case import Case, Formula, Images, Tolerance
+from scenes.coverage import cone_coverage
+from scenes.lights import AreaLight, ConstantEnvironment
+from scenes.materials import Conductor, Dielectric, Lambertian, Mirror
+from scenes.pixel_average import pixel_average
+from scenes.scene import Scene
+from scenes.sensor import Orthographic, Pinhole
+from scenes.shapes import Quad, Sphere
+from scenes.surfaces import Surface, box
+
+Array = NDArray[np.float64]
+Series = Callable[[int, Array, Array], Array]
+"""Bounce, origins ``(3, n)``, unit directions ``(3, n)`` → radiance ``(channels, n)``."""
+
+M = TypeVar("M")
+
+_BLACK = Lambertian((0.0, 0.0, 0.0))
+_UP = (0.0, 1.0, 0.0)
+_TOLERANCE = Tolerance(image=(0.005,), tile=(0.02,))
+_FRESNEL = "Born and Wolf 1999, Principles of Optics"
+
+
+def averages(scene: Scene, bounces: int, series: Series) -> Images:
+    """The average of every bounce over every pixel, ``(bounces + 1, height, width, channels)``."""
+    sensor = scene.sensor
+    assert isinstance(sensor, Pinhole | Orthographic)
+    return np.stack(
+        [pixel_average(sensor, lambda o, d, k=k: series(k, o, d)) for k in range(bounces + 1)]  # type: ignore[misc]
+    )
+
+
+def sky(scene: Scene) -> Array:
+    """Radiance of the constant environment, ``(channels, 1)``."""
+    assert isinstance(scene.environment, ConstantEnvironment)
+    return np.array(scene.environment.radiance)[:, None]
+
+
+def cosines(quad: Quad, o: Array, d: Array) -> Array:
+    """Cosines at which rays meet the front of a rectangle, ``(n,)``.
+
+    Raises:
+        ValueError: one misses it.
+    """
+    n, corner = quad.normal, np.array(quad.corner)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = o + d * (n @ (corner - o) / (n @ d)) - corner
+    edges = np.array([quad.edge_u, quad.edge_v])
+    st = edges @ x / (edges**2).sum(axis=1)[:, None]
+    if not ((-n @ d > 0) & (st > 0).all(axis=0) & (st < 1).all(axis=0)).all():
+        raise ValueError("a ray misses the plate: the camera must see nothing else, in a less wide image")
+    cos_theta: Array = -n @ d
+    return cos_theta
+
+
+def _one(scene: Scene, kind: type[M]) -> tuple[Surface, M]:
+    """The first surface whose material is of a kind, and the material."""
+    return next((s, s.material) for s in scene.surfaces if isinstance(s.material, kind))
+
+
+def _emission(scene: Scene) -> Array:
+    """Radiance of the one surface that emits, ``(channels, 1)``."""
+    [radiance] = [s.emission.radiance for s in scene.surfaces if s.emission is not None]
+    return np.array(radiance)[:, None]
+
+
+# ---- images in mirrors
+
+
+def _mirrored(point: Array, mirror: Quad) -> Array:
+    n = mirror.normal
+    mirrored: Array = point - 2 * ((point - mirror.corner) @ n) * n
+    return mirrored
+
+
+def _images(scene: Scene, bounces: int) -> Images:
+    """Lamps seen directly, and their images in one mirror, or in two that face each other.
+
+    The mirrors stand in the order in which a ray from the camera meets them. The lamp seen after the mirrors
+    1 … k stands, for the eye, where mirror k, then k − 1, … and at last 1 would have mirrored it to.
+    """
+    assert isinstance(scene.sensor, Pinhole)
+    mirrors = [s for s in scene.surfaces if isinstance(s.material, Mirror)]
+    lamps = [s for s in scene.surfaces if s.emission is not None]
+    images, origin = np.zeros((bounces + 1, *scene.shape)), np.array(scene.sensor.origin)
+    for k in range(bounces + 1 if len(mirrors) > 1 else min(bounces, 1) + 1):
+        met = [mirrors[i % len(mirrors)] for i in range(k)]
+        for lamp in lamps:
+            assert isinstance(lamp.shape, Sphere)
+            assert lamp.emission is not None
+            center, radiance = np.array(lamp.shape.center), np.array(lamp.emission.radiance)
+            for mirror in reversed(met):
+                assert isinstance(mirror.shape, Quad)
+                assert isinstance(mirror.material, Mirror)
+                center, radiance = _mirrored(center, mirror.shape), radiance * mirror.material.reflectance
+            c = center - origin
+            # a ray meets the sphere if (d·c)² > (c² − r²) d²
+            cone = np.outer(c, c) - (c @ c - lamp.shape.radius**2) * np.eye(3)
+            images[k] += cone_coverage(cone, c, scene.sensor)[..., None] * radiance
+    return images
+
+
+def mirror_lamps() -> Case:
+    """Two lamps and their images in a tilted mirror, all in one view."""
+    # u and v are orthogonal, and u × v is along (0.2, 0.3, 1)
+    mirror = Quad((-4.7, -5.2, 2.5), (10.0, 0.0, -2.0), (-0.6, 10.4, -3.0))
+    surfaces = (
+        Surface("mirror", mirror, Mirror((0.9, 0.6, 0.3))),
+        Surface("left-lamp", Sphere((-1.3, 0.3, 1.6), 0.3), _BLACK, AreaLight((4.0, 1.0, 2.0))),
+        Surface("right-lamp", Sphere((1.2, 0.9, 1.4), 0.22), _BLACK, AreaLight((1.0, 5.0, 3.0))),
+    )
+    return Case(
+        name="mirror-lamps",
+        family="specular",
+        title="Two lamps and their images in a tilted mirror: TE = ρ e inside the images, then nothing",
+        scene=Scene(surfaces, Pinhole((0.4, -0.3, 5.0), (0.2, 0.1, 0.0), _UP, 50.0, 64, 64)),
+        answer=Formula(_images, "law of reflection; a sphere seen through a pinhole is a cone of rays"),
+        bounces=2,
+        tolerance=_TOLERANCE,
+        derivation="""\
+A mirror reflects every ray as if it came from the mirrored scene. A lamp at c therefore shows a second time, ρ
+times as bright, where the sphere around its image c − 2 ((c − p)·n) n is seen; p is a point of the mirror and n
+its normal. Directly seen lamps are E, those in the mirror TE. The lamps are black: T²E = 0. A sphere is seen
+under the cone (d·c)² > (c² − r²) d², c from the pinhole, and covers the share of a pixel that lies in an ellipse.""",
+        blind_to="reflectance that depends on the angle; orders of reflection beyond the first",
+    )
+
+
+def two_mirrors() -> Case:
+    """A lamp between two parallel mirrors, and its row of images."""
+    surfaces = (
+        Surface("near", Quad((-10.0, -10.0, 0.0), (20.0, 0.0, 0.0), (0.0, 20.0, 0.0)), Mirror((0.9, 0.8, 0.6))),
+        Surface("far", Quad((-10.0, -10.0, 1.0), (0.0, 20.0, 0.0), (20.0, 0.0, 0.0)), Mirror((0.7, 0.9, 0.8))),
+        Surface("lamp", Sphere((0.9, 0.35, 0.45), 0.065), _BLACK, AreaLight((3.0, 4.0, 5.0))),
+    )
+    return Case(
+        name="two-mirrors",
+        family="specular",
+        title="A lamp between two parallel mirrors: TᵏE is its k-th image, ρ₁ρ₂ρ₁… times as bright",
+        scene=Scene(surfaces, Pinhole((0.0, 0.0, 0.8), (0.75, 0.29, -0.2), _UP, 75.0, 64, 64)),
+        answer=Formula(_images, "law of reflection; a sphere seen through a pinhole is a cone of rays"),
+        bounces=5,
+        max_bounces=6,
+        tolerance=_TOLERANCE,
+        derivation="""\
+A ray that has met k mirrors in turn goes on as if straight into the k times mirrored space, so bounce k sees one
+image of the lamp and no other: the lamp mirrored in mirror k, then k − 1, …, then 1, with the radiance times
+the k reflectances. Up to bounce 6 no image hides another: seen from the camera they lie side by side. E is the
+lamp itself. Every image is a cone of rays and covers the share of a pixel that lies in an ellipse.""",
+        blind_to="reflectance that depends on the angle; anything that scatters",
+    )
+
+
+# ---- Fresnel
+
+
+def _metal(scene: Scene, bounces: int) -> Images:
+    """TE = F(θ) e."""
+    surface, metal = _one(scene, Conductor)
+    assert isinstance(surface.shape, Quad)
+    plate, e = surface.shape, sky(scene)
+
+    def series(k: int, o: Array, d: Array) -> Array:
+        return fresnel.conductor(cosines(plate, o, d), metal.eta, metal.k) * (e if k == 1 else 0 * e)
+
+    return averages(scene, bounces, series)
+
+
+def metal_angles() -> Case:
+    """A smooth plate of metal seen from steep to grazing angles, under a constant sky."""
+    floor = Quad((-20.0, 0.0, 20.0), (40.0, 0.0, 0.0), (0.0, 0.0, -40.0))
+    metal = Conductor(eta=(0.2, 0.9, 1.4), k=(3.9, 2.5, 1.6))
+    camera = Pinhole((0.3, 1.0, 0.4), (0.5, 0.0, -0.6), _UP, 64.0, 64, 64)
+    return Case(
+        name="metal-angles",
+        family="specular",
+        title="Smooth metal under a constant sky, from 12° to 78°: TE = F(θ) e",
+        scene=Scene((Surface("plate", floor, metal),), camera, (ConstantEnvironment((1.0, 2.0, 3.0)),)),
+        answer=Formula(_metal, f"{_FRESNEL}, §14.2"),
+        bounces=2,
+        tolerance=_TOLERANCE,
+        derivation="""\
+Wherever a ray is mirrored to, it finds e: TE = F(θ) e, F the mean of the two polarisations' reflectances for the
+complex index η + ik of each channel. Nothing else is there: E = 0, for the camera sees the plate alone, and what
+is reflected leaves, so T²E = 0. A pixel's average is a quadrature over the angles that it sees.""",
+        blind_to="the direction of reflection: the sky is the same everywhere",
+    )
+
+
+def _slab(scene: Scene, bounces: int) -> Images:
+    """R above, then (1 − R)² Rᵏ⁻², in turn below and above."""
+    _, glass = _one(scene, Dielectric)
+    [top] = [s.shape for s in scene.surfaces if s.name == "slab.top"]
+    assert isinstance(top, Quad)
+    above, below = sky(scene), _emission(scene)
+    eta = glass.interior_ior / glass.exterior_ior
+
+    def series(k: int, o: Array, d: Array) -> Array:
+        R = fresnel.dielectric(cosines(top, o, d), eta)
+        if k < 2:
+            return above * R * k
+        return (below if k % 2 == 0 else above) * ((1 - R) ** 2 * R ** (k - 2))
+
+    return averages(scene, bounces, series)
+
+
+def glass_slab() -> Case:
+    """A slab of heavy glass above a luminous ground, under a sky of another colour."""
+    half = ((20.0, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 20.0))
+    ground = Quad((-30.0, -0.5, 30.0), (60.0, 0.0, 0.0), (0.0, 0.0, -60.0))
+    surfaces = (
+        *box("slab", (0.0, -0.1, 0.0), half, Dielectric(interior_ior=1.9)),
+        Surface("ground", ground, _BLACK, AreaLight((3.0, 1.0, 2.0))),
+    )
+    camera = Pinhole((0.3, 1.0, 0.4), (0.9, 0.0, -2.2), _UP, 22.0, 64, 64)
+    return Case(
+        name="glass-slab",
+        family="specular",
+        title="A slab of glass, sky above and lamp below: TE = R e, TᵏE = (1 − R)² Rᵏ⁻² e, in turn below and above",
+        scene=Scene(surfaces, camera, (ConstantEnvironment((1.0, 2.0, 4.0)),)),
+        answer=Formula(_slab, f"{_FRESNEL}, §1.5.2; the series of §7.6.1, summed as intensities"),
+        bounces=5,
+        max_bounces=12,
+        tolerance=_TOLERANCE,
+        derivation="""\
+The light inside the slab meets both faces under the same angle, and Stokes's relations give both the same R from
+inside as from outside. From the camera: R is mirrored into the sky, which is TE. 1 − R enters, and 1 − R leaves
+below: T²E = (1 − R)² e of the ground. What is reflected inside instead leaves above, then below, and so on:
+TᵏE = (1 − R)² Rᵏ⁻². Radiance changes by 1/η² on entering and by η² on leaving. The ground is black. Every
+boundary takes the light for unpolarised. Up to bounce 12 no ray comes near the sides of the slab.""",
+        blind_to="factors of η², which cancel on the way through; small errors of refracted directions",
+    )
+
+
+def _ball(scene: Scene, bounces: int) -> Images:
+    """The series of internal reflections of a sphere, seen from outside or from inside."""
+    surface, glass = _one(scene, Dielectric)
+    assert isinstance(surface.shape, Sphere)
+    center, r, e = np.array(surface.shape.center)[:, None], surface.shape.radius, sky(scene)
+    eta = glass.interior_ior / glass.exterior_ior
+    outside = np.linalg.norm(scene.sensor.origin - center[:, 0]) > r  # type: ignore[union-attr]
+
+    def series(k: int, o: Array, d: Array) -> Array:
+        closest = o - center
+        closest = closest - (closest * d).sum(axis=0) * d
+        cos2 = 1 - (closest**2).sum(axis=0) / r**2
+        if cos2.min() <= 0:
+            raise ValueError("a ray misses the ball: the camera must see nothing else, in a less wide image")
+        cos_theta = np.sqrt(cos2)
+        R = fresnel.dielectric(cos_theta, eta if outside else 1 / eta)
+        if k == 0:
+            return e * 0 * R
+        if not outside:
+            return e * eta**2 * (1 - R) * R ** (k - 1)
+        return e * (R if k == 1 else (1 - R) ** 2 * R ** (k - 2))
+
+    return averages(scene, bounces, series)
+
+
+def glass_ball() -> Case:
+    """A ball of glass so near that nothing else is in the picture."""
+    ball = Surface("ball", Sphere((0.1, -0.2, 0.0), 1.0), Dielectric(interior_ior=1.8))
+    camera = Pinhole((1.3, 0.6, 1.2), (0.55, 0.25, 0.1), _UP, 18.0, 64, 64)
+    return Case(
+        name="glass-ball",
+        family="specular",
+        title="A ball of glass under a constant sky: TE = R e, TᵏE = (1 − R)² Rᵏ⁻² e",
+        scene=Scene((ball,), camera, (ConstantEnvironment((3.0, 1.0, 2.0)),)),
+        answer=Formula(_ball, f"{_FRESNEL}, §1.5.2; chords of a sphere are equal"),
+        bounces=5,
+        tolerance=_TOLERANCE,
+        derivation="""\
+All chords of a ray inside a sphere are equally long and meet it under the same angle, so R is the same at every
+reflection, inside and outside. TE = R e is mirrored off the front; (1 − R)² e goes through with two refractions;
+each reflection inside multiplies by R. The factors 1/η² and η² of radiance cancel. The sum is e for every ray:
+a ball of clear glass can't be seen under a uniform sky. R follows from the ray's distance b from the centre,
+sin θ = b / r, and a pixel's average is a quadrature over it.""",
+        blind_to="refracted directions, as long as the angle stays; factors of η², which cancel",
+    )
+
+
+def inside_glass() -> Case:
+    """The camera inside a ball of glass: radiance there is η² of that outside."""
+    ball = Surface("ball", Sphere((0.0, 0.0, 0.0), 1.0), Dielectric(interior_ior=1.5))
+    camera = Pinhole((0.4, -0.3, 0.4), (0.7, 0.5, -0.2), _UP, 70.0, 64, 64)
+    return Case(
+        name="inside-glass",
+        family="specular",
+        title="A camera in a ball of glass under a constant sky: TᵏE = η² (1 − R) Rᵏ⁻¹ e, in all η² e",
+        scene=Scene((ball,), camera, (ConstantEnvironment((1.0, 2.0, 3.0)),)),
+        answer=Formula(_ball, f"{_FRESNEL}, §1.5.2; radiance over η² is kept: Veach 1997, §5.2"),
+        bounces=4,
+        tolerance=_TOLERANCE,
+        derivation="""\
+Radiance over η² is what refraction keeps: light that enters glass is squeezed into a narrower cone, and its
+radiance grows by η². A ray from the camera leaves at once with 1 − R, or is reflected and meets the sphere again
+under the same angle: TᵏE = η² (1 − R) Rᵏ⁻¹ e, and the sum over all bounces is η² e. The camera is nearer to the
+centre than r / η, where no direction is totally reflected.""",
+        blind_to="total internal reflection; where refracted rays go, since the sky is the same everywhere",
+    )
+
+
+def _under_glass(scene: Scene, bounces: int) -> Images:
+    """TE = (1 − R) e / η² from below, R e from above."""
+    surface, glass = _one(scene, Dielectric)
+    assert isinstance(surface.shape, Quad)
+    water, eta = surface.shape, glass.interior_ior / glass.exterior_ior
+    below, above = _emission(scene), sky(scene)
+
+    def series(k: int, o: Array, d: Array) -> Array:
+        R = fresnel.dielectric(cosines(water, o, d), eta)
+        return (above * R + below * (1 - R) / eta**2) * (k == 1)
+
+    return averages(scene, bounces, series)
+
+
+def lamp_under_water() -> Case:
+    """A luminous ground in water, seen from above: 1/η² of its radiance comes out."""
+    water = Quad((-20.0, 0.0, 20.0), (40.0, 0.0, 0.0), (0.0, 0.0, -40.0))
+    ground = Quad((-30.0, -0.4, 30.0), (60.0, 0.0, 0.0), (0.0, 0.0, -60.0))
+    surfaces = (
+        Surface("water", water, Dielectric(interior_ior=1.33)),
+        Surface("ground", ground, _BLACK, AreaLight((9.0, 4.0, 2.0))),
+    )
+    camera = Pinhole((0.3, 1.0, 0.4), (0.5, 0.0, -0.6), _UP, 64.0, 64, 64)
+    return Case(
+        name="lamp-under-water",
+        family="specular",
+        title="A luminous ground under water and a sky above: TE = R e₁ + (1 − R) e₂ / η²",
+        scene=Scene(surfaces, camera, (ConstantEnvironment((1.0, 2.0, 3.0)),)),
+        answer=Formula(_under_glass, f"{_FRESNEL}, §1.5.2; radiance over η² is kept: Veach 1997, §5.2"),
+        bounces=2,
+        tolerance=_TOLERANCE,
+        derivation="""\
+The ground emits e₂ inside the water. Leaving it, light spreads into a wider cone: its radiance falls by η², and
+1 − R of it passes. R of the sky's radiance e₁ is mirrored. Both are one bounce: TE = R e₁ + (1 − R) e₂ / η². The
+ground is black and the water's surface is flat, so nothing follows. That the water ends nowhere but at its
+surface does no harm: a renderer knows of media only by the boundaries that a ray crosses.""",
+        blind_to="where refracted rays go, for the ground looks the same everywhere; reflection from inside",
+    )
+
+
+CASES: Mapping[str, Callable[[], Case]] = {
+    "mirror-lamps": mirror_lamps,
+    "two-mirrors": two_mirrors,
+    "metal-angles": metal_angles,
+    "glass-slab": glass_slab,
+    "glass-ball": glass_ball,
+    "inside-glass": inside_glass,
+    "lamp-under-water": lamp_under_water,
+}
