@@ -28,8 +28,10 @@ def compute(scene: Scene, bounces: int, answer: Computed, path: Path, header: di
     solution = solve(scene, bounces, order=answer.order, levels=answer.levels, splits=answer.splits)
     off = solution.error.image.max(axis=1)
     error = np.where(off > 0, off + SINGLE, 0.0)
-    how = f"legendre of order {solution.order} with {solution.levels} levels, {solution.F.size} nodes"
-    source = f"finite elements of lightproof {version('lightproof')}, {how}, relative error of a pixel at most {error.max():.1g}"
+    source = (
+        f"finite elements of lightproof {version('lightproof')}, legendre of order {solution.order} with "
+        f"{solution.levels} levels, {solution.F.size} nodes; relative error of a pixel at most {error.max():.1g}"
+    )
     partial = path.with_suffix(f".{os.getpid()}.exr")  # a run that is cut short leaves no half a truth behind
     texts = {"lightproof:source": source, "lightproof:error": " ".join(f"{e:.2g}" for e in error)}
     exr.write_bounces(partial, solution.image(), attributes=texts | header)

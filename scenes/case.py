@@ -138,7 +138,7 @@ class Computed(Committed):
 
     @property
     def error(self) -> tuple[float, ...]:
-        """Per bounce, the largest error of a pixel relative to the mean of that bounce's image, as the header says."""
+        """Per bounce, the largest error of a pixel, relative to the mean of the image, as the header says."""
         return tuple(float(text) for text in exr.read_attribute(self.path, "lightproof:error").split())
 
 

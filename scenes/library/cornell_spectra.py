@@ -48,9 +48,9 @@ def reflectance(color: str, wavelengths: tuple[float, ...]) -> Array:
         color: which wall.
         wavelengths: in nm, 400 to 700.
     """
-    return np.interp(wavelengths, WAVELENGTHS, np.array(_PER_MILLE[color]) / 1000)
+    return np.asarray(np.interp(wavelengths, WAVELENGTHS, np.array(_PER_MILLE[color]) / 1000))
 
 
 def emission(wavelengths: tuple[float, ...]) -> Array:
     """Of the lamp, in the units of the source, ``(len(wavelengths),)``."""
-    return np.interp(wavelengths, *_LAMP)
+    return np.asarray(np.interp(wavelengths, *_LAMP))

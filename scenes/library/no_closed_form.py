@@ -61,8 +61,8 @@ def facing_squares() -> Case:
         bounces=5,
         tolerance=_TOLERANCE,
         derivation=(
-            f"{_METHOD} Neither square sees itself, so light is handed from one to the other: odd bounces are seen on "
-            "the upper square and nowhere else, even ones on the lamp; a bounce that is counted wrong is on the wrong "
+            f"{_METHOD} Neither square sees itself, so light is handed from one to the other: odd bounces are on the "
+            "upper square and nowhere else, even ones on the lamp; a bounce that is counted wrong shows on the wrong "
             "square. Nothing hides anything, and most light leaves the scene."
         ),
         blind_to=f"visibility; light that comes back from all around; {_BLIND_TO}",
