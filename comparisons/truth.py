@@ -1,6 +1,7 @@
 """Where the truth of a case comes from: its formula, its committed data, or an estimate that is kept for later.
 
-python -m comparisons.truth cornell-box --spp 131072     makes the committed data of a case anew
+python -m comparisons.truth cornell-box --spp 131072     makes the committed data of a case anew: an estimate,
+python -m comparisons.truth cornell-box-empty            or finite elements
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from pathlib import Path
 import numpy as np
 import platformdirs
 
+from comparisons.computed import compute
 from comparisons.crew import Crew
 from comparisons.statistics.moments import Moments
-from scenes import Case, Formula, Scene, Truth
+from scenes import Case, Computed, Formula, Scene, Truth
 from scenes.formats import exr
 from scenes.library import case as find_case
 
@@ -46,7 +48,7 @@ Progress = Callable[[float], None]
 def truth_of(case: Case, crew: Crew, progress: Progress = lambda done: None) -> Truth:
     """The answer of the case, for its bounces and its scene's resolution.
 
-    An estimate without committed data for these is made once and cached in the user's cache directory.
+    Without committed data for these it is computed or estimated once, and cached in the user's cache directory.
 
     Raises:
         ValueError: the case has no answer for so many bounces.
@@ -66,7 +68,10 @@ def truth_of(case: Case, crew: Crew, progress: Progress = lambda done: None) -> 
     try:
         return _read(path)
     except exr.ImageError:  # there is none, or it is damaged
-        estimate(case.scene, case.bounces, spp, crew, path, progress)
+        if isinstance(case.answer, Computed):
+            compute(case.scene, case.bounces, case.answer, path, _of(case.scene))
+        else:
+            estimate(case.scene, case.bounces, spp, crew, path, progress)
     return _read(path)
 
 
@@ -76,7 +81,8 @@ def _read(path: Path) -> Truth:
 
 def _cache_path(case: Case, spp: int) -> Path:
     """Where the estimate is kept: by all that it depends on."""
-    what = (scene_hash(case.scene), case.bounces, spp, BATCHES, ESTIMATOR, _SEED, version("lightproof"))
+    how = case.answer if isinstance(case.answer, Computed) else (spp, BATCHES, ESTIMATOR, _SEED)
+    what = (scene_hash(case.scene), case.bounces, how, version("lightproof"))
     key = hashlib.sha256(repr(what).encode()).hexdigest()[:16]
     return platformdirs.user_cache_path("lightproof", ensure_exists=True) / f"{case.name}-{key}.exr"
 
@@ -114,23 +120,31 @@ def estimate(
 def _header(scene: Scene, spp: int) -> dict[str, str]:
     """How the data was made, and for which scene."""
     made = f"{ESTIMATOR} of lightproof {version('lightproof')}, {BATCHES} batches of {spp // BATCHES} spp"
-    return {
-        _SOURCE: f"{made}, seeds from {_SEED}",
-        "lightproof:scene": scene_hash(scene),
-    }
+    return {_SOURCE: f"{made}, seeds from {_SEED}"} | _of(scene)
+
+
+def _of(scene: Scene) -> dict[str, str]:
+    """Which scene the data belongs to."""
+    return {"lightproof:scene": scene_hash(scene)}
 
 
 def main() -> None:
     """Make the committed data of a case."""
     parser = argparse.ArgumentParser(prog="python -m comparisons.truth", description=main.__doc__)
     parser.add_argument("case")
-    parser.add_argument("--spp", type=int, required=True)
+    parser.add_argument("--spp", type=int, help="of an estimate")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args()
     case = find_case(options.case)
     if isinstance(case.answer, Formula):
         parser.error(f"{case.name} has a formula and needs no data")
     path = case.answer.path
+    if isinstance(case.answer, Computed):
+        compute(case.scene, COMMITTED_BOUNCES, case.answer, path, _of(case.scene))
+        print(f"{path}: relative error of a pixel, per bounce: {', '.join(map(str, case.answer.error))}")
+        return
+    if options.spp is None:
+        parser.error(f"{case.name} is an estimate: say how good, --spp 131072")
 
     def show(done: float) -> None:
         print(f"\r{case.name}: {done:.0%}", end="", flush=True)

@@ -1,7 +1,7 @@
 """What is rendered, and what the answer is: scenes, cases, closed forms. It knows no renderer."""
 
 from scenes.affine import Affine
-from scenes.case import Case, Estimate, Formula, Tolerance, Truth
+from scenes.case import Case, Computed, Estimate, Formula, Tolerance, Truth
 from scenes.images import Image
 from scenes.lights import (
     AreaLight,
@@ -43,6 +43,7 @@ __all__ = [
     "Blend",
     "Case",
     "Checkerboard",
+    "Computed",
     "Conductor",
     "ConstantEnvironment",
     "DeltaLight",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -74,15 +74,14 @@ class Formula:
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """An answer that a Monte Carlo estimator made: committed data.
+class Committed:
+    """An answer that was made once and is committed data.
 
     Attributes:
         file: an EXR file of bounce images beside the library.
     """
 
     file: str
-    kind: TruthKind = "estimated"
 
     @property
     def path(self) -> Path:
@@ -117,6 +116,33 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class Estimate(Committed):
+    """An answer that a Monte Carlo estimator made, with its standard error."""
+
+    kind: TruthKind = "estimated"
+
+
+@dataclass(frozen=True)
+class Computed(Committed):
+    """An answer that finite elements made: no noise, but an error, which a finer mesh tells.
+
+    Attributes:
+        order, levels, splits: of the mesh: nodes per patch and axis, grading towards edges, and further mesh lines
+            (surface name → values of s along edge_u, values of t along edge_v); None for the solver's own.
+    """
+
+    order: int | None = None
+    levels: int | None = None
+    splits: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None
+    kind: TruthKind = "computed"
+
+    @property
+    def error(self) -> tuple[float, ...]:
+        """Per bounce, the largest error of a pixel, relative to the mean of the image, as the header says."""
+        return tuple(float(text) for text in exr.read_attribute(self.path, "lightproof:error").split())
+
+
+@dataclass(frozen=True)
 class Case:
     """A scene whose every bounce is known.
 
@@ -125,23 +151,25 @@ class Case:
         family: the file of the library that it stands in.
         title: one line.
         scene: at its default resolution.
-        answer: a formula, or an estimate.
+        answer: a formula, or what finite elements or an estimator made.
         bounces: how many bounces a validation asks for unless told otherwise.
         max_bounces: the last bounce that the answer holds for; None for no limit.
         tolerance: relative.
         derivation: why the answer is what it is.
         blind_to: what the case can't reveal.
         tiles: rows and columns of the grid of tiles.
+        wavelengths: of each channel, nm; None where channels are red, green and blue, or just numbers.
     """
 
     name: str
     family: str
     title: str
     scene: Scene
-    answer: Formula | Estimate
+    answer: Formula | Computed | Estimate
     bounces: int
     tolerance: Tolerance
     derivation: str
     blind_to: str
     max_bounces: int | None = None
     tiles: tuple[int, int] = field(default=(4, 4))
+    wavelengths: tuple[float, ...] | None = None

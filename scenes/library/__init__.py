@@ -14,8 +14,10 @@ from scenes.library import (
     glossy,
     integrating_sphere,
     interreflection,
+    no_closed_form,
     point_in_sphere,
     rectangles,
+    spectral,
     specular,
 )
 from scenes.names import look_up
@@ -30,6 +32,8 @@ FAMILIES = (
     rectangles,
     specular,
     glossy,
+    no_closed_form,
+    spectral,
     cornell_box,
 )
 """Each has ``CASES``: name → function that makes the case."""
