@@ -21,6 +21,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.bounds import extent, least
 from scenes.lights import DirectionalLight, PointLight, SpotLight
 from scenes.materials import Blend, Material, has_dielectric
 from scenes.scene import Scene
@@ -41,11 +42,11 @@ def visible_backs(scene: Scene, *, to_lights: bool = False) -> list[str]:
         scene: the scene.
         to_lights: by point, spot and directional lights as well: for formats in which a back casts no shadow.
     """
-    extent = max((float(np.abs(_bounds(surface.shape)).max()) for surface in scene.surfaces), default=1.0)
+    reach = extent(scene)
     viewers = [_sensor(scene.sensor)]
     if to_lights:
-        viewers += _lights(scene, extent)
-    proofs = _Proofs(scene, viewers, _ROUNDING * extent)
+        viewers += _lights(scene, reach)
+    proofs = _Proofs(scene, viewers, _ROUNDING * reach)
     return [s.name for s in scene.surfaces if _one_sided(s) and not proofs.unseen(s)]
 
 
@@ -78,35 +79,14 @@ def _sensor(sensor: Sensor) -> _Ball:
     return _Ball(np.asarray(sensor.origin), radius)
 
 
-def _lights(scene: Scene, extent: float) -> list[_Ball]:
+def _lights(scene: Scene, reach: float) -> list[_Ball]:
     found = []
     for light in scene.lights:
         if isinstance(light, PointLight | SpotLight):
             found.append(_Ball(np.asarray(light.position)))
         elif isinstance(light, DirectionalLight):
-            found.append(_Ball(-_INFINITY * extent * np.asarray(light.direction)))
+            found.append(_Ball(-_INFINITY * reach * np.asarray(light.direction)))
     return found
-
-
-def _bounds(shape: Shape) -> Array:
-    """Least and largest x, y, z, ``(2, 3)``."""
-    return np.array([[_least(shape, n) for n in np.eye(3)], [-_least(shape, -n) for n in np.eye(3)]])
-
-
-def _least(shape: Shape, n: Array) -> float:
-    """The least n · x of all points x of the shape."""
-    match shape:
-        case Quad():
-            u, v = np.dot(n, shape.edge_u), np.dot(n, shape.edge_v)
-            return float(np.dot(n, shape.corner) + min(u, 0) + min(v, 0))
-        case Disk():
-            return float(np.dot(n, shape.center) - np.hypot(np.dot(n, shape.axis_u), np.dot(n, shape.axis_v)))
-        case Sphere():
-            return float(np.dot(n, shape.center) - shape.radius * np.linalg.norm(n))
-        case Ellipsoid():
-            return float(np.dot(n, shape.center) - np.linalg.norm(shape.matrix.T @ n))
-        case Mesh():
-            return float((np.array(shape.vertices) @ n).min())
 
 
 class _Proofs:
@@ -127,7 +107,7 @@ class _Proofs:
     def _half_space(self, x: Array, n: Array) -> bool:
         limit = n @ x - self._rounding
         return all(n @ viewer.center - viewer.radius >= limit for viewer in self._viewers) and all(
-            _least(surface.shape, n) >= limit for surface in self._scene.surfaces
+            least(surface.shape, n) >= limit for surface in self._scene.surfaces
         )
 
     def _closed_polyhedra(self) -> Iterator[str]:

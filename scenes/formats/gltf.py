@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scenes.backs import visible_backs
+from scenes.bounds import farthest
 from scenes.formats import export
 from scenes.formats.export import Export, UnsupportedFeatureError, kind
 from scenes.lights import AreaLight, DirectionalLight, Light, PointLight, SpotLight
@@ -154,7 +155,7 @@ class _Writer:
         sensor = scene.sensor
         if not isinstance(sensor, Pinhole | Orthographic):
             raise _unsupported(f"{kind(sensor)}: glTF's cameras are pinhole and orthographic")
-        camera = self._add("cameras", _projection(sensor, _farthest(scene)))
+        camera = self._add("cameras", _projection(sensor, 1.0 + 2 * farthest(scene)))
         right, up, forward = sensor.frame.T
         matrix = _matrix(np.stack([right, up, -forward]), sensor.origin)
         self._add("nodes", {"name": "sensor", "camera": camera, "matrix": matrix})
@@ -233,13 +234,6 @@ def _corners(shape: Quad | Mesh) -> Array:
         return np.array(shape.vertices)
     c, u, v = map(np.asarray, (shape.corner, shape.edge_u, shape.edge_v))
     return np.stack([c, c + u, c + u + v, c + v])
-
-
-def _farthest(scene: Scene) -> float:
-    """A distance from the sensor beyond which there is nothing."""
-    corners = [_corners(s.shape) for s in scene.surfaces if isinstance(s.shape, Quad | Mesh)]
-    points = np.concatenate([*corners, [scene.sensor.origin]])
-    return 1.0 + 2 * float(np.linalg.norm(points - scene.sensor.origin, axis=1).max())
 
 
 def _projection(sensor: Pinhole | Orthographic, far: float) -> Json:

@@ -24,6 +24,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scenes.bounds import farthest
 from scenes.formats import export
 from scenes.formats.export import Export, UnsupportedFeatureError, kind
 from scenes.formats.pfm import pfm
@@ -43,7 +44,7 @@ from scenes.materials import (
     is_textured,
 )
 from scenes.scene import Scene
-from scenes.sensor import IrradianceMeter, Orthographic, RadianceMeter, Sensor, ThinLens
+from scenes.sensor import Camera, IrradianceMeter, Orthographic, RadianceMeter, Sensor, ThinLens
 from scenes.shapes import Disk, Ellipsoid, Mesh, Quad, Shape, Sphere
 from scenes.surfaces import Surface
 
@@ -51,6 +52,7 @@ Array = NDArray[np.float64]
 
 FORMAT = "mitsuba-xml"
 _NO_ROULETTE = 1 << 30
+_FAR = 1e4  # where Mitsuba's cameras cease to see unless told otherwise
 _VERSION = "3.0.0"
 
 
@@ -133,7 +135,7 @@ class _Writer:
         SubElement(root, "default", name="spp", value="64")
         integrator = _plugin(root, "integrator", "path")
         _text(integrator, "integer", max_depth="$max_depth", rr_depth=_NO_ROULETTE)
-        _sensor(root, scene.sensor)
+        _sensor(root, scene.sensor, farthest(scene))
         for i, surface in enumerate(scene.surfaces):
             self._surface(root, surface, i)
         for light in scene.lights:
@@ -323,7 +325,7 @@ def _light(root: Element, light: Light) -> None:
 # ---- sensors
 
 
-def _sensor(root: Element, sensor: Sensor) -> None:
+def _sensor(root: Element, sensor: Sensor, far: float) -> None:
     if isinstance(sensor, IrradianceMeter):
         raise _unsupported("irradiance meter: Mitsuba's measures on a shape, not at a point")
     if isinstance(sensor, RadianceMeter):
@@ -337,12 +339,13 @@ def _sensor(root: Element, sensor: Sensor) -> None:
         half = repr(sensor.extent / 2 * sensor.width / min(sensor.width, sensor.height))
         SubElement(transform, "scale", x=half, y=half, z="1")
         _look_at(transform, sensor.origin, sensor.target, sensor.up)
-        _float(element, near_clip=0.0)
+        _clip(element, sensor, far)
     else:
         element = _plugin(root, "sensor", "thinlens" if isinstance(sensor, ThinLens) else "perspective")
         _look_at(_transform(element), sensor.origin, sensor.target, sensor.up)
         _text(element, "string", fov_axis="smaller")
-        _float(element, fov=sensor.fov, near_clip=1e-6 * math.dist(sensor.origin, sensor.target))
+        _float(element, fov=sensor.fov)
+        _clip(element, sensor, far)
         if isinstance(sensor, ThinLens):
             _float(element, aperture_radius=sensor.aperture_radius, focus_distance=sensor.focus_distance)
     film = _plugin(element, "film", "hdrfilm")
@@ -350,3 +353,10 @@ def _sensor(root: Element, sensor: Sensor) -> None:
     _text(film, "string", pixel_format="rgb", component_format="float32")
     _plugin(film, "rfilter", "box")
     _text(_plugin(element, "sampler", "independent"), "integer", sample_count="$spp")
+
+
+def _clip(element: Element, sensor: Camera, far: float) -> None:
+    """Mitsuba's camera sees nothing beyond a distance, and nothing closer than another one, which can't be 0."""
+    _float(element, near_clip=1e-6 * math.dist(sensor.origin, sensor.target))
+    if far > _FAR / 2:
+        _float(element, far_clip=2 * far)
