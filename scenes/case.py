@@ -78,7 +78,7 @@ class Estimate:
     """An answer that a Monte Carlo estimator made: committed data.
 
     Attributes:
-        file: an EXR file of bounce images beside the library.
+        file: an EXR file of bounce images beside the library, or anywhere, by its absolute path.
     """
 
     file: str
