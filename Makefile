@@ -3,7 +3,7 @@
 # make check      formatting, lint, types, import rules
 # make bench      how fast, beside Mitsuba 3, in four minutes on an idle machine; ARGS=--json for programs
 # make truth     the committed data of the Cornell box anew, in about ten minutes
-# make schema     results.schema.json from the code
+# make schema     results.schema.json and scene.schema.json from the code
 # make pins       constraints.txt from what is installed
 
 PYTHON ?= python3
@@ -34,6 +34,7 @@ truth: $(INSTALLED)
 
 schema: $(INSTALLED_DEV)
 	$(BIN)/python -m comparisons.results
+	$(BIN)/python -m scenes.schema
 
 pins: $(INSTALLED_DEV)
 	{ echo "# What CI has tested; written by make pins."; \

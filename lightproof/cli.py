@@ -1,4 +1,4 @@
-"""The command line: validate, render, list, report."""
+"""The command line: validate, render, answer, export, list, report."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import shutil
 import sys
 import traceback
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn
@@ -16,16 +17,24 @@ from rich.table import Table
 
 import reports
 from comparisons import known as known_deviations
+from comparisons.crew import Crew
 from comparisons.renderers import RENDERERS, SHORT_NAMES, RendererError, canonical
 from comparisons.renderers.process import RendererProcess
 from comparisons.results import RESULTS_FILE, ResultsError
 from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
+from comparisons.truth import truth_of
 from lightproof import options, terminal
-from lightproof.parameters import check_bounces, percent, size
+from lightproof.cases import CaseError, announced, from_entry_point
+from lightproof.choice import check_size, one_case, several_cases, subject
+from lightproof.parameters import percent, size
 from lightproof.validate import exit_status
 from lightproof.validate import validate as run_validation
-from scenes import Case, UnknownNameError, library
+from scenes import Case, Scene, SceneError, UnknownNameError, library
+from scenes.channels import single_channel
+from scenes.features import features
 from scenes.formats import exr
+from scenes.formats.export import UnsupportedFeatureError
+from scenes.formats.exporters import EXPORTERS, SUFFIXES
 
 app = typer.Typer(
     name="lightproof",
@@ -55,6 +64,11 @@ RENDER_TIMEOUT = 24 * 3600.0
 )
 def validate(
     cases: options.Cases = None,
+    family: options.Families = None,
+    everything: options.Everything = False,
+    own: options.Owns = None,
+    scene: options.SceneFile = None,
+    answer: options.AnswerFile = None,
     renderer: options.Renderers = None,
     bounces: options.Bounces = None,
     tolerance: options.Tolerance = None,
@@ -71,7 +85,10 @@ def validate(
 
     Example: lightproof validate furnace-box cornell-box --renderer mitsuba --budget 60
     """
-    chosen = [_case(name, bounces) for name in dict.fromkeys(cases or library.DEFAULT)]
+    resolution = size(size_text)
+    chosen = several_cases(
+        cases or [], own or [], family or [], everything, (scene, answer), bounces, resolution
+    )
     # the same renderer by two names is one
     renderers = list({_renderer(name): name for name in reversed(renderer or DEFAULT_RENDERERS)}.values())[
         ::-1
@@ -80,7 +97,7 @@ def validate(
         bounces=bounces,
         tolerance=percent(tolerance, "--tolerance"),
         tile_tolerance=percent(tile_tolerance, "--tile-tolerance"),
-        size=size(size_text),
+        size=resolution,
         alpha=alpha,
         budget=budget,
         seed=seed,
@@ -101,7 +118,8 @@ def validate(
 
 @app.command()
 def render(
-    case: Annotated[str, typer.Argument(help="See 'lightproof list cases'.")],
+    case: options.Subject = None,
+    own: options.Own = None,
     renderer: Annotated[str, typer.Option(help="See 'lightproof list renderers'.")] = "reference",
     bounces: options.Bounces = None,
     spp: options.Spp = 64,
@@ -109,24 +127,20 @@ def render(
     size_text: options.Size = None,
     out: options.OutFile = None,
 ) -> None:
-    """Render a case and write its bounces to an EXR file, a layer each.
+    """Render a case, or a scene of your own, and write its bounces to an EXR file, a layer each.
 
     Example: lightproof render cornell-box --renderer mitsuba --spp 256 --out box.exr
     """
-    chosen, name, resolution = _case(case, bounces), _renderer(renderer), size(size_text)
-    scene = chosen.scene.resized(*resolution) if resolution else chosen.scene
-    path = out or Path(f"{case}-{renderer.replace(':', '-')}.exr")
-    if path.suffix != ".exr":
-        raise typer.BadParameter(f"{path}: expected a name that ends in .exr", param_hint="--out")
-    if not path.resolve().parent.is_dir():
-        raise typer.BadParameter(f"{path}: there is no folder {path.parent}", param_hint="--out")
+    chosen, name = subject(case, own, bounces), _renderer(renderer)
+    scene = _resized(chosen.scene, size_text)
+    path = _exr(out or Path(f"{chosen.name}-{renderer.replace(':', '-')}.exr"))
     console = terminal.console()
     last = chosen.bounces if bounces is None else bounces
-    status = console.status(f"{case} × {renderer}: bounces 0 to {last}, {spp} spp")
+    status = console.status(f"{chosen.name} × {renderer}: bounces 0 to {last}, {spp} spp")
     try:
         with status, RendererProcess(name) as process:
             image = process.render(scene, range(last + 1), spp, seed, timeout=RENDER_TIMEOUT)
-            made = f"{case}, {name} {process.version}, {spp} spp, seed {seed}"
+            made = f"{chosen.name}, {name} {process.version}, {spp} spp, seed {seed}"
         exr.write_bounces(path, image, attributes={"lightproof:source": made})
     except KeyboardInterrupt:
         _stop("interrupted; nothing was written", 130)
@@ -135,6 +149,64 @@ def render(
     except exr.ImageError as error:
         raise typer.BadParameter(str(error), param_hint="--out") from None
     console.print(f"{path}: layers bounce0 to bounce{last}", soft_wrap=True)
+
+
+@app.command()
+def answer(
+    case: options.Answered = None,
+    own: options.Own = None,
+    bounces: options.Bounces = None,
+    size_text: options.Size = None,
+    jobs: options.Jobs = None,
+    out: options.TruthFile = None,
+) -> None:
+    """Write the answer of a case to an EXR file: the truth, a layer per bounce, and its standard error if it has one.
+
+    Example: lightproof answer furnace-box --bounces 3 --out truth.exr
+    """
+    chosen, resolution = one_case(case, own, bounces), size(size_text)
+    last = chosen.bounces if bounces is None else bounces
+    check_size(chosen, last, resolution)
+    asked = replace(chosen, scene=_resized(chosen.scene, size_text), bounces=last)
+    path, console = _exr(out or Path(f"{chosen.name}-answer.exr")), terminal.console()
+    try:
+        with console.status(f"{chosen.name}: bounces 0 to {last}"), Crew(jobs or os.cpu_count() or 1) as crew:
+            truth = truth_of(asked, crew)
+        stderr = truth.stderr if truth.stderr.any() else None
+        exr.write_bounces(path, truth.mean, stderr, {"lightproof:source": truth.source})
+    except KeyboardInterrupt:
+        _stop("interrupted; nothing was written", 130)
+    except RendererError as error:
+        _stop(f"there is no truth: {error}", 3, error.log)
+    except exr.ImageError as error:
+        raise typer.BadParameter(str(error), param_hint="--out") from None
+    console.print(f"{path}: layers bounce0 to bounce{last}, {chosen.answer.kind}", soft_wrap=True)
+
+
+@app.command()
+def export(
+    case: options.Subject = None,
+    own: options.Own = None,
+    format: options.Format = "json",
+    size_text: options.Size = None,
+    channel: options.Channel = None,
+    out: options.ExportFile = None,
+) -> None:
+    """Write a case's scene for another renderer; what its format lacks, or means differently, is an error.
+
+    Example: lightproof export cornell-box --format mitsuba-xml --out box.xml
+    """
+    chosen = subject(case, own)
+    scene = _channel(_resized(chosen.scene, size_text), channel)
+    path = _in_a_folder(out or Path(f"{chosen.name}{SUFFIXES[format]}"))
+    try:
+        written = EXPORTERS[format](scene, path.stem).write(path)
+    except UnsupportedFeatureError as error:
+        _stop(str(error), 5)
+    except OSError as error:
+        raise typer.BadParameter(f"{error.filename}: {error.strerror}", param_hint="--out") from None
+    for file in written:
+        typer.echo(file)
 
 
 @app.command("list")
@@ -182,16 +254,25 @@ def _prepare(out: Path) -> None:
 
 
 def _cases() -> list[dict[str, Any]]:
-    return [
-        {
-            "name": case.name,
-            "family": case.family,
-            "title": case.title,
-            "truth": case.answer.kind,
-            "bounces": case.bounces,
-        }
-        for case in (library.case(name) for name in library.CASES)
-    ]
+    rows = [_row(library.case(name)) for name in library.CASES]
+    for name, point in announced().items():
+        try:
+            rows.append(_row(from_entry_point(point)))
+        except CaseError as error:  # someone else's mistake hides no other case
+            rows.append({**dict.fromkeys(rows[0]), "name": name, "title": str(error)})
+    return rows
+
+
+def _row(case: Case) -> dict[str, Any]:
+    return {
+        "name": case.name,
+        "family": case.family,
+        "title": case.title,
+        "features": list(features(case.scene)),
+        "truth": case.answer.kind,
+        "bounces": case.bounces,
+        "max_bounces": case.max_bounces,
+    }
 
 
 def _renderers() -> list[dict[str, Any]]:
@@ -208,16 +289,41 @@ def _renderers() -> list[dict[str, Any]]:
 
 
 def _text(value: object) -> str:
+    if isinstance(value, list):
+        return ", ".join(value)
     return "–" if value is None else str(value)
 
 
-def _case(name: str, bounces: int | None) -> Case:
+def _resized(scene: Scene, size_text: str | None) -> Scene:
+    resolution = size(size_text)
     try:
-        case = library.case(name)
-    except UnknownNameError as error:
-        raise typer.BadParameter(str(error), param_hint="CASE") from None
-    check_bounces(case, bounces)
-    return case
+        return scene.resized(*resolution) if resolution else scene
+    except SceneError as error:
+        raise typer.BadParameter(str(error), param_hint="--size") from None
+
+
+def _channel(scene: Scene, channel: int | None) -> Scene:
+    if channel is None:
+        return scene
+    if channel >= scene.channels:
+        message = f"{channel}: the scene has the channels 0 to {scene.channels - 1}"
+        raise typer.BadParameter(message, param_hint="--channel")
+    try:
+        return single_channel(scene, channel)
+    except SceneError:
+        raise typer.BadParameter(f"{channel}: nothing emits in it", param_hint="--channel") from None
+
+
+def _exr(path: Path) -> Path:
+    if path.suffix != ".exr":
+        raise typer.BadParameter(f"{path}: expected a name that ends in .exr", param_hint="--out")
+    return _in_a_folder(path)
+
+
+def _in_a_folder(path: Path) -> Path:
+    if not path.resolve().parent.is_dir():
+        raise typer.BadParameter(f"{path}: there is no folder {path.parent}", param_hint="--out")
+    return path
 
 
 def _renderer(name: str) -> str:

@@ -4,13 +4,57 @@ from __future__ import annotations
 
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 Cases = Annotated[
     list[str] | None,
-    typer.Argument(metavar="[CASE]...", help="See 'lightproof list cases'. Default: all."),
+    typer.Argument(metavar="[CASE]...", help="See 'lightproof list cases'. Default: a few of them."),
+]
+Subject = Annotated[
+    str | None,
+    typer.Argument(metavar="CASE", help="See 'lightproof list cases'. Or a scene, my-scene.json."),
+]
+Answered = Annotated[str | None, typer.Argument(metavar="CASE", help="See 'lightproof list cases'.")]
+Own = Annotated[
+    str | None,
+    typer.Option(
+        "--case", metavar="FILE.py:NAME", help="A case of your own: a function that returns a Case."
+    ),
+]
+Owns = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--case",
+        metavar="FILE.py:NAME",
+        help="A case of your own: a function that returns a Case. May be given several times.",
+    ),
+]
+Families = Annotated[
+    list[str] | None,
+    typer.Option("--family", metavar="NAME", help="All cases of a family. May be given several times."),
+]
+Everything = Annotated[bool, typer.Option("--all", help="All cases.")]
+SceneFile = Annotated[
+    Path | None, typer.Option("--scene", metavar="FILE.json", help="A scene of your own, with its --answer.")
+]
+AnswerFile = Annotated[
+    Path | None,
+    typer.Option("--answer", metavar="FILE.exr", help="The answer of --scene: layers bounce0, bounce1, …"),
+]
+Format = Annotated[
+    Literal["json", "mitsuba-xml", "pbrt-v4", "gltf"], typer.Option("--format", help="What to write.")
+]
+Channel = Annotated[
+    int | None, typer.Option(help="Only this channel, from 0, as a grey scene. Default: all.", min=0)
+]
+ExportFile = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="FILE", help="Default: CASE with the format's usual suffix."),
+]
+TruthFile = Annotated[
+    Path | None, typer.Option("--out", metavar="FILE.exr", help="Default: CASE-answer.exr.")
 ]
 Renderers = Annotated[
     list[str] | None,

@@ -78,7 +78,7 @@ class Committed:
     """An answer that was made once and is committed data.
 
     Attributes:
-        file: an EXR file of bounce images beside the library.
+        file: an EXR file of bounce images beside the library, or anywhere, by its absolute path.
     """
 
     file: str

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import Any, TypeVar
 
 import msgspec
 
 from scenes.validation import SceneError
+
+Part = TypeVar("Part", bound=msgspec.Struct)
 
 _PER_CHANNEL = ("albedo", "even", "odd", "reflectance", "eta", "k", "radiance", "intensity", "irradiance")
 
@@ -42,3 +45,26 @@ def check_channels(parts: Iterable[tuple[str, msgspec.Struct]]) -> int | None:
             if count != channels:
                 raise SceneError(where, value, f"{channels} channels, as {first} has")
     return channels
+
+
+def single_channel(part: Part, channel: int) -> Part:
+    """A scene, or a part of one, that has only this channel.
+
+    Raises:
+        SceneError: nothing emits in it.
+        IndexError: there is no such channel.
+    """
+    changes: dict[str, Any] = {}
+    for field in part.__struct_fields__:
+        value = getattr(part, field)
+        if isinstance(value, msgspec.Struct):
+            changes[field] = single_channel(value, channel)
+        elif field in ("surfaces", "lights"):
+            changes[field] = tuple(single_channel(item, channel) for item in value)
+        elif field in _PER_CHANNEL:
+            changes[field] = (value[channel],)
+        elif field == "coefficients":
+            changes[field] = tuple((row[channel],) for row in value)
+        elif field == "pixels":
+            changes[field] = tuple(tuple((pixel[channel],) for pixel in row) for row in value)
+    return msgspec.structs.replace(part, **changes)

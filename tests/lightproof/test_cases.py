@@ -1,0 +1,264 @@
+"""Cases and scenes of one's own, without touching the package."""
+
+from __future__ import annotations
+
+import json
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from lightproof import cases
+from lightproof.cli import app
+from scenes import Scene, library
+from scenes.formats import exr
+
+OWN = """
+from dataclasses import replace
+
+from neighbour import NAME
+from scenes import library
+
+def mine():
+    return replace(library.case("furnace-sphere"), name=NAME, title="my own")
+
+def bad_name():
+    return replace(library.case("furnace-sphere"), name="../up")
+
+def nothing():
+    return None
+
+def raises():
+    raise ZeroDivisionError("by zero")
+
+number = 7
+"""
+
+
+def invoke(*arguments: str | Path) -> Any:
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def flat(text: str) -> str:
+    return " ".join(text.translate(str.maketrans("│╭╮╰╯─", "      ")).split())
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    (tmp_path / "neighbour.py").write_text("NAME = 'my-sphere'\n")
+    file = tmp_path / "own.py"
+    file.write_text(OWN)
+    return file
+
+
+def small(scene: Scene) -> Scene:
+    return scene.resized(8, 8)
+
+
+def test_a_function_in_a_file_is_a_case(own: Path, tmp_path: Path) -> None:
+    place, out = f"{own}:mine", tmp_path / "out"
+    arguments = ("--renderer", "reference", "--size", "8x8", "--jobs", "1", "--out", out)
+    result = invoke("validate", "--case", place, *arguments)
+    assert result.exit_code == 0, result.output
+    assert "my-sphere × reference: pass" in result.output
+    image = tmp_path / "x.exr"
+    for command in (("render", "--spp", "1", "--size", "4x4"), ("answer",)):
+        assert invoke(*command, "--case", place, "--bounces", "1", "--out", image).exit_code == 0
+        assert len(exr.read_bounces(image)[0]) == 2
+    assert invoke("export", "--case", place, "--out", tmp_path / "x.json").exit_code == 0
+    assert Scene.load(tmp_path / "x.json") == library.case("furnace-sphere").scene
+
+
+def test_a_case_of_a_file_joins_others(own: Path, tmp_path: Path) -> None:
+    arguments = ("--renderer", "reference", "--size", "8x8", "--jobs", "1", "--out", tmp_path / "out")
+    result = invoke("validate", "furnace-sphere", "--case", f"{own}:mine", *arguments)
+    assert "[1/2] furnace-sphere" in result.output
+    assert "[2/2] my-sphere" in result.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("render", "--case", "no/such.py:mine"), "no/such.py: there is no such file"),
+        (("render", "--case", "{own}"), "expected a file and a function in it, such as my_cases.py:my_case"),
+        (("render", "--case", "{own}:mime"), "no function is called 'mime': did you mean mine?"),
+        (("render", "--case", "{own}:nothing"), "returned a NoneType: expected a scenes.Case"),
+        (("render", "--case", "{own}:number"), "is a int: expected a function that returns a Case"),
+        (("render", "--case", "{own}:raises"), "raised ZeroDivisionError: by zero"),
+        (("render", "--case", "{own}:bad_name"), "the name '../up' has other characters than"),
+        (
+            ("render", "--case", "{own}:mine", "furnace-box"),
+            "expected a CASE or a scene, my-scene.json, or --case",
+        ),
+        (("answer",), "expected a CASE or --case, found none"),
+        (("answer", "scene.json"), "scene.json is a scene without an answer: give it as --scene"),
+        (("validate", "scene.json"), "scene.json is a scene without an answer"),
+        (("validate", "--scene", "scene.json"), "--scene and --answer belong together"),
+        (("validate", "--family", "furnac"), "no family is called 'furnac': did you mean furnace"),
+        (("render", "no-such.json"), "no-such.json: No such file"),
+        (("export", "furnace-box", "--channel", "3"), "the scene has the channels 0 to 2"),
+        (("export", "furnace-box", "--out", "no/such/folder.json"), "there is no folder no/such"),
+        (("answer", "furnace-box", "--out", "a.png"), "expected a name that ends in .exr"),
+    ],
+)
+def test_mistakes_are_explained(arguments: tuple[str, ...], complaint: str, own: Path) -> None:
+    result = invoke(*(argument.format(own=own) for argument in arguments))
+    assert result.exit_code == 2
+    shown = flat(result.output).replace(" ", "")  # a long path is broken anywhere
+    assert complaint.replace(" ", "") in shown
+
+
+def test_a_file_that_can_t_be_imported_says_why(tmp_path: Path) -> None:
+    file = tmp_path / "broken.py"
+    file.write_text("import no_such_package\n")
+    with pytest.raises(cases.CaseError, match="ModuleNotFoundError: No module named 'no_such_package'"):
+        cases.from_file(f"{file}:mine")
+
+
+# ---- entry points
+
+
+def announce(monkeypatch: pytest.MonkeyPatch, **values: str) -> None:
+    points = [EntryPoint(name.replace("_", "-"), value, cases.GROUP) for name, value in values.items()]
+    monkeypatch.setattr(cases, "entry_points", lambda group: [p for p in points if p.group == group])
+
+
+def test_an_installed_package_brings_cases_along(
+    own: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    announce(
+        monkeypatch, my_sphere="own:mine", broken="own:no_such", other="own:mine", furnace_box="own:raises"
+    )
+    assert cases.find("my-sphere").title == "my own"
+    rows = {row["name"]: row for row in json.loads(invoke("list", "cases", "--json").output)}
+    assert rows["my-sphere"]["title"] == "my own"
+    assert "broken = own:no_such" in rows["broken"]["title"]
+    assert "makes a case called my-sphere" in rows["other"]["title"]
+    assert rows["furnace-box"]["truth"] == "exact", "the library's names are its own"
+    result = invoke("export", "broken")
+    assert result.exit_code == 2
+    assert "can't be loaded: AttributeError" in flat(result.output)
+    assert "did you mean my-sphere" in flat(invoke("export", "my-spher").output)
+
+
+# ---- a scene with an answer image
+
+
+def test_a_scene_with_an_answer_image_is_a_case(tmp_path: Path) -> None:
+    """Files as the command itself writes them; a wrong answer fails."""
+    scene, answer = tmp_path / "room.json", tmp_path / "room.exr"
+    assert invoke("export", "furnace-box", "--size", "8x8", "--out", scene).exit_code == 0
+    assert invoke("answer", "furnace-box", "--size", "8x8", "--bounces", "2", "--out", answer).exit_code == 0
+    files = ("--scene", scene, "--answer", answer)
+    options = ("--renderer", "reference", "--jobs", "1", "--out", tmp_path / "out")
+    result = invoke("validate", *files, *options)
+    assert result.exit_code == 0, result.output
+    assert "room × reference: pass" in result.output
+    [comparison] = json.loads((tmp_path / "out" / "results.json").read_bytes())["comparisons"]
+    assert comparison["truth"] == "computed"
+    assert [b["bounce"] for b in comparison["bounces"]] == [0, 1, 2]
+    mean, _ = exr.read_bounces(answer)
+    exr.write_bounces(answer, mean * [[[[1.0]]], [[[1.0]]], [[[1.1]]]])
+    assert invoke("validate", *files, *options).exit_code == 1
+
+
+def test_an_answer_image_says_nothing_of_other_sizes_and_bounces(tmp_path: Path) -> None:
+    scene, answer = tmp_path / "room.json", tmp_path / "room.exr"
+    scene.write_bytes(small(library.case("furnace-box").scene).to_json())
+    exr.write_bounces(answer, np.ones((2, 8, 8, 3)))
+    files = ("--scene", scene, "--answer", answer)
+    finer = invoke("validate", *files, "--size", "16x16")
+    assert finer.exit_code == 2
+    assert "room.exr has 8x8 pixels and bounces 0 to 1; it says nothing of 16x16" in flat(finer.output)
+    more = invoke("validate", *files, "--bounces", "2")
+    assert more.exit_code == 2
+    assert "holds for bounces 0 to 1" in flat(more.output)
+
+
+def test_a_scene_and_an_answer_that_don_t_fit(tmp_path: Path) -> None:
+    scene, answer = tmp_path / "room.json", tmp_path / "room.exr"
+    scene.write_bytes(small(library.case("furnace-box").scene).to_json())
+    exr.write_bounces(answer, np.ones((2, 4, 8, 3)))
+    with pytest.raises(cases.CaseError, match=r"\(4, 8, 3\), the scene's sensor has \(8, 8, 3\)"):
+        cases.from_answer(scene, answer)
+    with pytest.raises(cases.CaseError, match="can't be read"):
+        cases.from_answer(scene, tmp_path / "none.exr")
+    scene.write_text('{"surfaces": [], "sensor": 3}')
+    with pytest.raises(cases.CaseError, match=r"room.json: sensor = 3"):
+        cases.from_answer(scene, answer)
+
+
+# ---- export, answer, choice
+
+
+def test_a_scene_as_json_renders(tmp_path: Path) -> None:
+    scene, out = tmp_path / "my-scene.json", tmp_path / "x.exr"
+    scene.write_bytes(small(library.case("furnace-box").scene).to_json())
+    result = invoke("render", scene, "--renderer", "reference", "--spp", "2", "--out", out)
+    assert result.exit_code == 0, result.output
+    mean, _ = exr.read_bounces(out)
+    assert mean.shape == (6, 8, 8, 3)
+    assert (mean[0] == 1).all()
+    assert mean[1].mean() == pytest.approx(0.5, rel=0.1)
+    assert invoke("export", scene, "--format", "gltf", "--out", tmp_path / "x.gltf").exit_code == 0
+    assert (tmp_path / "x.bin").exists()
+
+
+def test_the_answer_is_the_truth(tmp_path: Path) -> None:
+    out = tmp_path / "truth.exr"
+    result = invoke("answer", "integrating-sphere", "--bounces", "3", "--size", "16x8", "--out", out)
+    assert result.exit_code == 0, result.output
+    case = library.case("integrating-sphere")
+    truth = case.answer.truth(case.scene.resized(16, 8), 3)
+    assert truth is not None
+    np.testing.assert_allclose(exr.read_bounces(out)[0], truth.mean, rtol=1e-6)
+    assert exr.read_attribute(out, "lightproof:source") == truth.source
+    assert invoke("answer", "cornell-box", "--bounces", "2", "--out", out).exit_code == 0
+    assert (exr.read_bounces(out)[1] > 0).any(), "an estimate comes with its standard error"
+
+
+def test_export_refuses_what_a_format_lacks(tmp_path: Path) -> None:
+    result = invoke("export", "furnace-sphere", "--format", "gltf", "--out", tmp_path / "x.gltf")
+    assert result.exit_code == 5
+    assert "gltf can't express this scene: sphere is a sphere: glTF has triangles only" in result.output
+    assert not list(tmp_path.iterdir())
+
+
+def test_one_channel_of_a_scene(tmp_path: Path) -> None:
+    out = tmp_path / "x.json"
+    assert invoke("export", "cornell-box", "--channel", "1", "--out", out).exit_code == 0
+    assert Scene.load(out).channels == 1
+
+
+def test_families_and_all(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    asked: list[list[str]] = []
+
+    def run(chosen: Any, *rest: Any) -> Any:
+        asked.append([case.name for case in chosen])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("lightproof.cli.run_validation", run)
+    for arguments in (
+        (),
+        ("--family", "furnace"),
+        ("--family", "furnace", "cornell-box"),
+        ("--all", "furnace-box"),
+    ):
+        assert invoke("validate", *arguments, "--out", tmp_path / "out").exit_code == 130
+    default, family, both, everything = asked
+    assert tuple(default) == library.DEFAULT
+    assert family == [n for n in library.CASES if library.case(n).family == "furnace"]
+    assert both == ["cornell-box", *family]
+    assert sorted(everything) == sorted(library.CASES)
+
+
+def test_the_list_says_what_a_case_needs() -> None:
+    rows = {row["name"]: row for row in json.loads(invoke("list", "cases", "--json").output)}
+    sphere = rows["integrating-sphere"]
+    assert sphere["features"] == ["sphere", "inward", "lambertian", "area", "polar_range", "pinhole"]
+    assert {"family", "bounces", "truth"} <= sphere.keys()
+    assert "polar_range" in invoke("list", "cases").output
