@@ -2,8 +2,8 @@
 
 - Mitsuba's shapes face the same way as ours; a sphere whose front is its inside has ``flip_normals``. A two-sided
   surface is Mitsuba's ``twosided`` BSDF.
-- Its rectangle is [−1, 1]², its disk the unit disk, both with normal +z; both take any affine map that keeps the
-  plane of the shape, a rectangle no shear.
+- Its rectangle is [−1, 1]², its disk the unit disk, both with normal +z. A rectangle takes no shear; a disk stays
+  round here.
 - Meshes go through a PLY file, since emitters can't be attached to a mesh in memory.
 - Texture coordinates are the same on rectangles and meshes; on a sphere Mitsuba's v runs down from the pole. The
   first row of a bitmap is at v = 0. A disk has polar ones.
