@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from scenes.case import Case, Formula, Images, Tolerance
@@ -21,6 +22,8 @@ from scenes.surfaces import Surface
 from scenes.validation import Vector
 
 Array = NDArray[np.float64]
+
+_SMALLEST = 24  # pixels across an image of 90° for which quadrature settles
 
 
 def _point(scene: Scene, bounces: int) -> Images:
@@ -44,7 +47,10 @@ def _point(scene: Scene, bounces: int) -> Images:
 
     images = np.zeros((bounces + 1, *scene.shape))
     if bounces >= 1:
-        images[1] = pixel_average(sensor, direct)
+        height, width, channels = scene.shape
+        fine = math.ceil(_SMALLEST / min(height, width))  # a large pixel is the mean of small ones inside it
+        image = pixel_average(replace(sensor, width=fine * width, height=fine * height), direct)
+        images[1] = image.reshape(height, fine, width, fine, channels).mean(axis=(1, 3))
     for k in range(2, bounces + 1):
         images[k] = rho**k * intensity / (np.pi * shape.radius**2)
     return images

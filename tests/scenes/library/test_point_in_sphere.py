@@ -99,3 +99,14 @@ def test_a_light_in_the_middle_and_one_beside_it() -> None:
     )
     assert np.ptp(beside.mean[1, ..., 0]) > 0.5 * beside.mean[1, ..., 0].mean()
     np.testing.assert_array_equal(beside.mean[2:], centred.mean[2:])
+
+
+@pytest.mark.parametrize("size", [(1, 1), (3, 2), (5, 30)])
+def test_a_coarse_image_is_the_mean_of_a_fine_one(size: tuple[int, int]) -> None:
+    found, (width, height) = case("point-in-sphere"), size
+    coarse = found.answer.truth(found.scene.resized(width, height), 2)
+    fine = found.answer.truth(found.scene.resized(12 * width, 12 * height), 2)
+    assert coarse is not None
+    assert fine is not None
+    blocks = fine.mean.reshape(3, height, 12, width, 12, 3).mean(axis=(2, 4))
+    np.testing.assert_allclose(coarse.mean, blocks, rtol=1e-7)
