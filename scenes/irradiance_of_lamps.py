@@ -4,7 +4,7 @@ All of it is one integral, E = ∫ L n·l dl over the directions l of the lamp, 
 v = ∫ l dl, as long as the lamp is above the horizon of n:
 
 - polygon: v = −½ Σ Θᵢ Γᵢ, Θᵢ the angle that edge i subtends and Γᵢ the unit normal of the plane through the point
-  and the edge (Lambert 1760; Arvo 1995, Analytic Methods for Simulated Light Transport, section 3). What is below
+  and the edge (Lambert 1760; Arvo 1995, Analytic Methods for Simulated Light Transport). What is below
   the horizon is cut off first;
 - sphere of radius r at distance d: a round cone of sine r/d; v points to its centre, |v| = π (r/d)²;
 - disk, ellipse, ellipsoid: an elliptic cone dᵀQd > 0. By its two planes of symmetry v points along its axis.

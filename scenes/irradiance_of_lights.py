@@ -8,7 +8,7 @@
       ∫ h (cos φ, sin φ) dφ = (cos φ₀, sin φ₀) 2 (1 − cos Δ) / Δ      ∫ h dφ = Δ
 
 - spherical harmonics: E(n) = Σ A_l c_lm Y_lm(n), A = π, 2π/3, π/4, 0 for l = 0, 1, 2, 3 (Ramamoorthi and Hanrahan
-  2001, An Efficient Representation for Irradiance Environment Maps, eq. 7 to 9).
+  2001, An Efficient Representation for Irradiance Environment Maps).
 """
 
 from __future__ import annotations

@@ -190,7 +190,7 @@ def _lamp(shape: Shape, name: str = "lamp") -> Surface:
     return Surface(name, shape, BLACK, LAMP)
 
 
-_LAMBERT = "Lambert 1760, Photometria; Arvo 1995, Analytic Methods for Simulated Light Transport, section 3"
+_LAMBERT = "Lambert 1760, Photometria; Arvo 1995, Analytic Methods for Simulated Light Transport"
 _POLYGON = """\
 The irradiance by a polygon of radiance L is (L/2) Σ Θᵢ n·Γᵢ, up to the sign that makes it positive: Θᵢ is the
 angle under which edge i is seen, Γᵢ the unit normal of the plane through the point and that edge."""
@@ -278,7 +278,7 @@ def disk_over_plane() -> Case:
         f"""\
 {_CONE}
 For a parallel disk, h above and x aside, this is (πL/2)(1 − (h² + x² − r²) / √((h² + x² + r²)² − 4r²x²)).""",
-        f"{_NUSSELT}; parallel: Foote 1915, Scientific Papers of the Bureau of Standards 12, 583",
+        f"{_NUSSELT}; parallel: Foote 1915, Illumination from a radiating disk",
     )
 
 

@@ -166,7 +166,7 @@ def spherical_harmonics_on_sphere() -> Case:
 The irradiance of a point with normal n is the environment convolved with max(cos θ, 0), which multiplies each
 harmonic of degree l by A_l = π, 2π/3, π/4, 0 for l = 0, 1, 2, 3 (Funk and Hecke): E(n) = Σ A_l c_lm Y_lm(n). The
 environment is positive everywhere, and no part of a ball hides it from the half space of another.""",
-        "Ramamoorthi and Hanrahan 2001, An Efficient Representation for Irradiance Environment Maps, eq. 7 to 9",
+        "Ramamoorthi and Hanrahan 2001, An Efficient Representation for Irradiance Environment Maps",
         blind_to="degree 3 of the environment, which irradiance does not see; the outline of the ball",
     )
 
