@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -121,24 +120,25 @@ def test_a_file_that_can_t_be_imported_says_why(tmp_path: Path) -> None:
 # ---- entry points
 
 
-def announce(monkeypatch: pytest.MonkeyPatch, **values: str) -> None:
-    points = [EntryPoint(name.replace("_", "-"), value, cases.GROUP) for name, value in values.items()]
-    monkeypatch.setattr(cases, "entry_points", lambda group: [p for p in points if p.group == group])
-
-
 def test_an_installed_package_brings_cases_along(
     own: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
+    """A package as an installer leaves it."""
+    installed = tmp_path / "own_cases-1.0.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: own-cases\nVersion: 1.0\n")
+    points = {"my-sphere": "mine", "broken": "no_such", "other": "mine", "furnace-box": "raises"}
+    lines = [f"{name} = own:{function}" for name, function in points.items()]
+    (installed / "entry_points.txt").write_text("\n".join([f"[{cases.GROUP}]", *lines, ""]))
     monkeypatch.syspath_prepend(tmp_path)
-    announce(
-        monkeypatch, my_sphere="own:mine", broken="own:no_such", other="own:mine", furnace_box="own:raises"
-    )
+
     assert cases.find("my-sphere").title == "my own"
     rows = {row["name"]: row for row in json.loads(invoke("list", "cases", "--json").output)}
     assert rows["my-sphere"]["title"] == "my own"
-    assert "broken = own:no_such" in rows["broken"]["title"]
+    assert "broken = own:no_such of own-cases can't be loaded" in rows["broken"]["title"]
     assert "makes a case called my-sphere" in rows["other"]["title"]
     assert rows["furnace-box"]["truth"] == "exact", "the library's names are its own"
+    assert "can't be loaded" in invoke("list", "cases").output
     result = invoke("export", "broken")
     assert result.exit_code == 2
     assert "can't be loaded: AttributeError" in flat(result.output)

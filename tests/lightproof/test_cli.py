@@ -69,7 +69,7 @@ def test_out_must_be_a_folder(tmp_path: Path) -> None:
     assert "expected a folder that can be written" in flat(result.output)
 
 
-@pytest.mark.parametrize("command", ["validate", "render", "list", "report"])
+@pytest.mark.parametrize("command", ["validate", "render", "answer", "export", "list", "report"])
 def test_help_teaches(command: str) -> None:
     result = invoke(command, "--help")
     assert result.exit_code == 0

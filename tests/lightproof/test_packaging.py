@@ -33,6 +33,7 @@ def test_the_top_level_of_the_wheel(wheel: Path) -> None:
         "scenes/library/data/cornell-box.exr",
         "comparisons/known.toml",
         "comparisons/results.schema.json",
+        "scenes/scene.schema.json",
         "reports/templates/report.html.j2",
     ],
 )

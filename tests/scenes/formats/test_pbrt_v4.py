@@ -72,47 +72,57 @@ class Read:
     state: dict[str, Any] = field(default_factory=dict)
 
 
+@dataclass
+class Directive:
+    """A name and all that follows it."""
+
+    name: str
+    numbers: list[float] = field(default_factory=list)
+    types: list[str] = field(default_factory=list)
+    parameters: dict[str, Any] = field(default_factory=dict)
+
+
+def parse(text: str) -> list[Directive]:
+    tokens = iter([t for t in TOKEN.findall(text) if not t.startswith("#")])
+    found: list[Directive] = []
+    for token in tokens:
+        if re.fullmatch(r"[A-Z][A-Za-z]+", token):
+            found.append(Directive(token))
+        elif token.startswith('"') and " " in token:
+            assert next(tokens) == "["
+            found[-1].parameters[token.strip('"')] = [value(t) for t in iter(lambda: next(tokens), "]")]
+        elif token.startswith('"'):
+            found[-1].types.append(token.strip('"'))
+        elif token not in "[]":
+            found[-1].numbers.append(float(token))
+    return found
+
+
 def read(text: str) -> list[Read]:
-    tokens = [t for t in TOKEN.findall(text) if not t.startswith("#")]
+    """Directives that make something, with the transformation and the state that held there."""
     found: list[Read] = []
     matrix, state, stack = np.eye(4), dict[str, Any](), list[Any]()
-    i = 0
-    while i < len(tokens):
-        name, i = tokens[i], i + 1
-        numbers, types, parameters = list[float](), list[str](), dict[str, Any]()
-        while i < len(tokens) and not re.fullmatch(r"[A-Z][A-Za-z]+", tokens[i]):
-            token, i = tokens[i], i + 1
-            if token.startswith('"') and " " in token:
-                assert tokens[i] == "["
-                end = tokens.index("]", i)
-                parameters[token.strip('"')] = [value(t) for t in tokens[i + 1 : end]]
-                i = end + 1
-            elif token.startswith('"'):
-                types.append(token.strip('"'))
-            elif token not in "[]":
-                numbers.append(float(token))
-        if name == "Transform":
-            matrix = np.reshape(numbers, (4, 4)).T
-        elif name == "Scale":
-            matrix = matrix @ np.diag([*numbers, 1])
-        elif name == "LookAt":
-            matrix = matrix @ look_at(*np.reshape(numbers, (3, 3)))
-        elif name == "WorldBegin":
-            matrix, state = np.eye(4), {}
-        elif name == "AttributeBegin":
-            stack.append((matrix, state))
-            state = dict(state)
-        elif name == "AttributeEnd":
-            matrix, state = stack.pop()
-        elif name == "ReverseOrientation":
-            state = state | {"reversed": not state.get("reversed", False)}
-        else:
-            made = Read(name, types, parameters, matrix, state)
-            found.append(made)
-            if name in ("Material", "AreaLightSource"):
-                state = state | {name: made}
-            elif name == "MakeNamedMaterial":
-                state = state | {types[0]: made}
+    for d in parse(text):
+        match d.name:
+            case "Transform":
+                matrix = np.reshape(d.numbers, (4, 4)).T
+            case "Scale":
+                matrix = matrix @ np.diag([*d.numbers, 1])
+            case "LookAt":
+                matrix = matrix @ look_at(*np.reshape(d.numbers, (3, 3)))
+            case "WorldBegin":
+                matrix, state = np.eye(4), {}
+            case "AttributeBegin":
+                stack.append((matrix, state))
+            case "AttributeEnd":
+                matrix, state = stack.pop()
+            case "ReverseOrientation":
+                state = state | {"reversed": not state.get("reversed", False)}
+            case _:
+                made = Read(d.name, d.types, d.parameters, matrix, state)
+                found.append(made)
+                # a named material under its name, the others under that of their directive
+                state = state | {d.types[0] if d.name == "MakeNamedMaterial" else d.name: made}
     assert not stack
     return found
 
