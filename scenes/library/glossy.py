@@ -86,7 +86,9 @@ def rough_metal_sky() -> Case:
         family="glossy",
         title="Rough metal under a constant sky, from 12° to 78°: TE = a(θ) e, the albedo by quadrature",
         scene=Scene((Surface("plate", _FLOOR, _METAL),), _CAMERA, (_SKY,)),
-        answer=Formula(_under_sky, f"{_WALTER}, eq. 20, 23, 33, 34, by Gauss's quadrature over the hemisphere"),
+        answer=Formula(
+            _under_sky, f"{_WALTER}, eq. 20, 23, 33, 34, by Gauss's quadrature over the hemisphere"
+        ),
         bounces=2,
         tolerance=_TOLERANCE,
         derivation=_UNDER_SKY
@@ -150,7 +152,9 @@ def rough_glass_tank() -> Case:
         family="glossy",
         title="Rough glass over a luminous tank, under a sky: TE = a↑(θ) e₁ + a↓(θ) e₂, by quadrature",
         scene=Scene((Surface("lid", _FLOOR, _GLASS), *tank), _CAMERA, (_SKY,)),
-        answer=Formula(_tank, f"{_WALTER}, eq. 20, 21, 23, 33, 34, by Gauss's quadrature over wi, and over facets"),
+        answer=Formula(
+            _tank, f"{_WALTER}, eq. 20, 21, 23, 33, 34, by Gauss's quadrature over wi, and over facets"
+        ),
         bounces=2,
         tolerance=_TOLERANCE,
         derivation="""\
@@ -317,7 +321,9 @@ def blend_lamp() -> Case:
         family="glossy",
         title="A blend of diffuse and rough metal under a rectangular lamp: TE by quadrature over the lamp",
         scene=Scene(surfaces, camera),
-        answer=Formula(_under_lamp, f"{_WALTER}, eq. 20, 23, 33, 34; the rendering equation over areas, Kajiya 1986"),
+        answer=Formula(
+            _under_lamp, f"{_WALTER}, eq. 20, 23, 33, 34; the rendering equation over areas, Kajiya 1986"
+        ),
         bounces=2,
         tolerance=_TOLERANCE,
         derivation="""\
