@@ -61,10 +61,11 @@ def half_space_coverage(normal: Array, sensor: Pinhole) -> Array:
     value = a * x + b * y + c
     small = 1e-8 * max(abs(a), abs(b))
     if abs(a) <= small and abs(b) <= small:
-        return (value > 0).astype(float)
+        return np.where(value > 0, 1.0, 0.0)
     if abs(a) <= small or abs(b) <= small:
         step = b if abs(a) <= small else a
-        return (np.maximum(value + step, 0) - np.maximum(value, 0)) / step
+        along: Array = (np.maximum(value + step, 0) - np.maximum(value, 0)) / step
+        return along
     positive = [np.maximum(value + i * a + j * b, 0) ** 2 for i, j in ((1, 1), (1, 0), (0, 1), (0, 0))]
     share: Array = (positive[0] - positive[1] - positive[2] + positive[3]) / (2 * a * b)
     # inside, all four are squares of large numbers: what is a whole pixel is known without them

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from scenes.case import Case
-from scenes.library import cornell_box, furnace, glossy, integrating_sphere, specular
+from scenes.library import cornell_box, furnace, glossy, integrating_sphere, mirrors, specular
 from scenes.names import look_up
 
-FAMILIES = (furnace, integrating_sphere, specular, glossy, cornell_box)
+FAMILIES = (furnace, integrating_sphere, mirrors, specular, glossy, cornell_box)
 """Each has ``CASES``: name → function that makes the case."""
 
 CASES: Mapping[str, Callable[[], Case]] = MappingProxyType(

@@ -1,4 +1,4 @@
-"""Rough surfaces by their facets: slopes, numerical derivatives of the map from slopes to directions, Smith's integral.
+"""Rough surfaces by their facets: slopes, derivatives of the map from slopes to directions, Smith's integral.
 
 Of the light from wi that the facets of slopes (p, q) send to wo, f cos θi dwi = F G P(p, q) (wo·m) / (cos θm cos θo)
 dp dq, with the GGX density of slopes P = α² / (π (α² + p² + q²)²). No formula for D, G1 or a Jacobian is used.
@@ -222,7 +222,7 @@ def test_blend_under_the_lamp(spot: tuple[float, float]) -> None:
     np.testing.assert_allclose(answer("blend-lamp", *spot), expected, rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", (*SKY, *SUN, "blend-lamp"))
+@pytest.mark.parametrize("name", [*SKY, *SUN, "blend-lamp"])
 def test_a_coarse_image_is_the_mean_of_a_fine_one(name: str) -> None:
     found = case(name)
     fine, coarse = (found.answer.truth(found.scene.resized(3 * n, 2 * n), found.bounces) for n in (12, 3))
