@@ -1,4 +1,4 @@
-"""Expensive smooth functions at many points: Chebyshev interpolation on the box that the points span, with a check."""
+"""Expensive smooth functions at many points: Chebyshev interpolation on the box that they span, with a check."""
 
 from __future__ import annotations
 
@@ -43,10 +43,7 @@ def interpolated(function: Callable[[Array], Array], points: Array) -> Array:
             c = np.moveaxis(np.tensordot(invert, c, axes=(1, axis)), 0, axis)
         tails = [np.abs(np.take(c, [-2, -1], axis=axis)).max() for axis in range(1, c.ndim)]
         if max(tails) <= TOLERANCE * np.abs(c).max():
-            first, *rest = (chebyshev.chebvander(a, order - 1) for a in at)
-            for vander in rest:
-                c = np.einsum("nj,cij->cni", vander, c)
-                return np.einsum("cni,ni->cn", c, first)
-            interpolant: Array = c @ first.T
-            return interpolant
+            bases = [chebyshev.chebvander(a, order - 1) for a in at]
+            interpolant: Array = c @ bases[-1].T  # (channels, [order,] n)
+            return interpolant if len(bases) == 1 else np.einsum("cin,ni->cn", interpolant, bases[0])
     raise ValueError(f"{ORDERS[-1]} Chebyshev coefficients are not enough; expected a smooth function")

@@ -79,7 +79,9 @@ def dielectric_albedos(material: RoughDielectric, cos_theta: Array) -> tuple[Arr
     """
     eta, alpha = material.interior_ior / material.exterior_ior, material.alpha
     if eta <= 1:
-        raise ValueError(f"interior over exterior index {eta:g}: expected more than 1, no total internal reflection")
+        raise ValueError(
+            f"interior over exterior index {eta:g}: expected more than 1, no total internal reflection"
+        )
     above = _over_hemisphere(cos_theta, lambda wi, wo: dielectric(material, wi, wo)[None])[0]
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     below = np.empty_like(cos_theta)

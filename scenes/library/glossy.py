@@ -86,7 +86,9 @@ def rough_metal_sky() -> Case:
         family="glossy",
         title="Rough metal under a constant sky, from 12° to 78°: TE = a(θ) e, the albedo by quadrature",
         scene=Scene((Surface("plate", _FLOOR, _METAL),), _CAMERA, (_SKY,)),
-        answer=Formula(_under_sky, f"{_WALTER}, eq. 20, 23, 33, 34, by Gauss's quadrature over the hemisphere"),
+        answer=Formula(
+            _under_sky, f"{_WALTER}, eq. 20, 23, 33, 34, by Gauss's quadrature over the hemisphere"
+        ),
         bounces=2,
         tolerance=_TOLERANCE,
         derivation=_UNDER_SKY
@@ -94,7 +96,7 @@ def rough_metal_sky() -> Case:
 f = F D G / (4 cos θi cos θo) of GGX facets with separable shadowing. It is analytic in the angles of wi, so Gauss's
 quadrature in the polar angle and equal steps in azimuth converge like a power; the albedo as a function of cos θo
 is smooth, too, and is interpolated between Chebyshev points before pixels are averaged.""",
-        blind_to="the shape of the lobe, except for its albedo; scattering between facets, which is left out on purpose",
+        blind_to="the shape of the lobe, except for its albedo; light between facets, which is left out on purpose",
     )
 
 
@@ -126,10 +128,11 @@ def _tank(scene: Scene, bounces: int) -> Images:
 
     def series(k: int, o: Array, d: Array) -> Array:
         if k != 1:
-            return 0 * above * d[:1]
+            return np.zeros((scene.channels, d.shape[1]))
         cos_theta = cosines(surface, o, d)
         a = interpolated(lambda c: np.stack(microfacets.dielectric_albedos(glass, c[0])), cos_theta[None])
-        return above * a[0] + np.array(below)[:, None] * a[1]
+        radiance: Array = above * a[0] + np.array(below)[:, None] * a[1]
+        return radiance
 
     return averages(scene, bounces, series)
 
@@ -150,7 +153,9 @@ def rough_glass_tank() -> Case:
         family="glossy",
         title="Rough glass over a luminous tank, under a sky: TE = a↑(θ) e₁ + a↓(θ) e₂, by quadrature",
         scene=Scene((Surface("lid", _FLOOR, _GLASS), *tank), _CAMERA, (_SKY,)),
-        answer=Formula(_tank, f"{_WALTER}, eq. 20, 21, 23, 33, 34, by Gauss's quadrature over wi, and over facets"),
+        answer=Formula(
+            _tank, f"{_WALTER}, eq. 20, 21, 23, 33, 34, by Gauss's quadrature over wi, and over facets"
+        ),
         bounces=2,
         tolerance=_TOLERANCE,
         derivation="""\
@@ -158,7 +163,7 @@ The camera sees the lid alone. Above it is the sky with e₁, below it, inside t
 into every direction that refraction can take. So TE = a↑ e₁ + a↓ e₂ with a↑ = ∫ f cos θi dwi over the upper
 hemisphere and a↓ over the lower one, where f of radiance carries 1/η². The latter is done over the facets that wo
 sees, on which it is smooth, while over wi it has an edge. Nothing comes back from the walls: T²E = 0.""",
-        blind_to="the shapes of the two lobes, except for their albedos; light that comes out of the glass from inside",
+        blind_to="the shapes of the two lobes, except for their albedos; light from inside the glass",
     )
 
 
@@ -170,7 +175,7 @@ def _f(material: Material, wi: Array, wo: Array) -> Array:
     match material:
         case Lambertian():
             assert isinstance(material.albedo, tuple)
-            return np.array(material.albedo)[:, None] / np.pi * np.ones_like(wi[0])
+            return np.tile(np.array(material.albedo)[:, None] / np.pi, wi.shape[1])
         case RoughConductor():
             return microfacets.conductor(material, wi, wo)
         case RoughDielectric():
@@ -191,14 +196,16 @@ def _under_sun(scene: Scene, bounces: int) -> Images:
 
     def series(k: int, o: Array, d: Array) -> Array:
         cosines(floor, o, d)  # every ray meets the floor
-        return E * _f(material, wi, _local(floor, -d)) * (np.abs(wi[2]) * (k == 1))
+        radiance: Array = E * _f(material, wi, _local(floor, -d)) * (np.abs(wi[2]) * (k == 1))
+        return radiance
 
     return averages(scene, bounces, series)
 
 
 _UNDER_SUN = """\
 Parallel light comes from one direction wi, with irradiance E⊥ on a plane across it: TE = f(wi, wo) |cos θi| E⊥. It
-is no emission that a ray could meet, so E = 0, and only next event finds it. The plate is flat and alone: T²E = 0. """
+is no emission that a ray could meet, so E = 0, and only next event finds it. The plate is flat and alone:
+T²E = 0. """
 
 
 def _sun_case(
@@ -285,11 +292,12 @@ def _under_lamp(scene: Scene, bounces: int) -> Images:
         r = np.linalg.norm(y - x[:, None], axis=0)
         wi = (y - x[:, None]) / r
         geometry = (n @ wi) * -(lamp.shape.normal @ wi) / r**2  # type: ignore[union-attr]
-        return _f(material, _local(floor, wi), _local(floor, wo[:, None])) @ (geometry * areas)
+        radiance: Array = _f(material, _local(floor, wi), _local(floor, wo[:, None])) @ (geometry * areas)
+        return radiance
 
     def series(k: int, o: Array, d: Array) -> Array:
         if k != 1:
-            return 0 * e * d[:1]
+            return np.zeros((scene.channels, d.shape[1]))
         cosines(floor, o, d)  # every ray meets the floor
         right, up, forward = frame.T @ d
 
@@ -299,7 +307,8 @@ def _under_lamp(scene: Scene, bounces: int) -> Images:
             points = eye[:, None] - wo * (n @ (np.array(floor.corner) - eye) / -(n @ wo))
             return np.stack([reflected(*pair) for pair in zip(points.T, wo.T, strict=True)], axis=1)
 
-        return e * interpolated(at, np.stack([right, up]) / forward)
+        radiance: Array = e * interpolated(at, np.stack([right, up]) / forward)
+        return radiance
 
     return averages(scene, bounces, series)
 
@@ -317,14 +326,16 @@ def blend_lamp() -> Case:
         family="glossy",
         title="A blend of diffuse and rough metal under a rectangular lamp: TE by quadrature over the lamp",
         scene=Scene(surfaces, camera),
-        answer=Formula(_under_lamp, f"{_WALTER}, eq. 20, 23, 33, 34; the rendering equation over areas, Kajiya 1986"),
+        answer=Formula(
+            _under_lamp, f"{_WALTER}, eq. 20, 23, 33, 34; the rendering equation over areas, Kajiya 1986"
+        ),
         bounces=2,
         tolerance=_TOLERANCE,
         derivation="""\
-TE = ∫ f(wi, wo) e cos θi cos θ′ / r² dA over the lamp, with f = (1 − w) ρ/π + w F D G / (4 cos θi cos θo). Every point
-of the floor sees the whole lamp, and the integrand is smooth on it: Gauss's quadrature with 24 × 24 nodes. The result
-is smooth over the image and is interpolated between Chebyshev points before pixels are averaged. The camera sees
-neither the lamp nor the edge of the floor: E = 0. The lamp is black: T²E = 0. Next event, sampling of the blend, and
+TE = ∫ f(wi, wo) e cos θi cos θ′ / r² dA over the lamp, with f = (1 − w) ρ/π + w F D G / (4 cos θi cos θo). Every
+point of the floor sees the whole lamp, and the integrand is smooth on it: Gauss's quadrature with 24 × 24 nodes. The
+result is smooth over the image and is interpolated between Chebyshev points before pixels are averaged. The camera
+sees neither the lamp nor the edge of the floor: E = 0. The lamp is black: T²E = 0. Next event, sampling of the blend, and
 any mixture of the two must give the same.""",
         blind_to="light that comes from anywhere else; further bounces",
     )

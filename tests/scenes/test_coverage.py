@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scenes import Pinhole
-from scenes.coverage import cone_coverage
+from scenes.coverage import cone_coverage, half_space_coverage
 
 CORNERS = 100_000  # an inscribed polygon lacks the share 2π²/3N² of an ellipse's area: 7e-10
 TIGHT = 1e-7  # in pixels; the largest ellipse below covers some 40 of them
@@ -144,3 +144,22 @@ def test_what_is_no_ellipse_is_refused(side: int, half_angle: float) -> None:
     eye = camera()
     with pytest.raises(ValueError, match="ellipse"):
         coverage(eye.frame[:, side], half_angle, eye)
+
+
+@pytest.mark.parametrize(
+    "line", [(1.0, 0.3, -3.2), (-0.2, 1.0, -1.1), (0.0, 1.0, -2.25), (1.0, 1e-12, -1.5), (-1.0, -2.0, 7.0)]
+)
+def test_a_half_space(line: tuple[float, float, float]) -> None:
+    """a x + b y + c > 0 in pixels, against lines through every pixel, on which it is a segment."""
+    sensor = Pinhole((0.2, 0.1, 3.0), (0.3, 0.0, 0.0), (0.1, 1.0, 0.0), 50.0, 6, 4)
+    a, b, c = line
+    normal = np.linalg.solve(sensor.pixel_to_direction.T, line)
+    fine = 2000
+    y = (np.arange(4 * fine) + 0.5) / fine
+    x = np.arange(6)
+    with np.errstate(divide="ignore"):
+        edge = -(b * y + c) / a if a else np.where(b * y + c > 0, -np.inf, np.inf)
+    share = np.clip(x[None] + 1 - edge[:, None], 0, 1)
+    share = 1 - share if a < 0 else share
+    expected = share.reshape(4, fine, 6).mean(axis=1)
+    np.testing.assert_allclose(half_space_coverage(normal, sensor), expected, atol=1e-6)

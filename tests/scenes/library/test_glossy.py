@@ -1,4 +1,4 @@
-"""Rough surfaces by their facets: slopes, numerical derivatives of the map from slopes to directions, Smith's integral.
+"""Rough surfaces by their facets: slopes, derivatives of the map from slopes to directions, Smith's integral.
 
 Of the light from wi that the facets of slopes (p, q) send to wo, f cos θi dwi = F G P(p, q) (wo·m) / (cos θm cos θo)
 dp dq, with the GGX density of slopes P = α² / (π (α² + p² + q²)²). No formula for D, G1 or a Jacobian is used.
@@ -16,7 +16,10 @@ import pytest
 from scenes import Blend, Conductor, Lambertian, Pinhole, RoughConductor, RoughDielectric, Scene
 from scenes.library import case
 
-SKY, SUN = ("rough-metal-sky", "blend-sky", "rough-glass-tank"), ("rough-metal-sun", "rough-glass-sun", "blend-sun")
+SKY, SUN = (
+    ("rough-metal-sky", "blend-sky", "rough-glass-tank"),
+    ("rough-metal-sun", "rough-glass-sun", "blend-sun"),
+)
 SPOTS = [(0.35, -0.2), (-0.6, -0.9), (0.9, -0.5)]
 
 
@@ -56,7 +59,9 @@ def bent(wo: np.ndarray, m: np.ndarray, eta: float) -> np.ndarray:
     return tangent - np.sqrt(1 - (tangent**2).sum(axis=0)) * m
 
 
-def send(material: RoughConductor | RoughDielectric, wo: np.ndarray, m: np.ndarray, below: bool) -> np.ndarray:
+def send(
+    material: RoughConductor | RoughDielectric, wo: np.ndarray, m: np.ndarray, below: bool
+) -> np.ndarray:
     if below:
         return bent(wo, m, material.interior_ior)
     return mirrored(wo, m)
@@ -217,7 +222,7 @@ def test_blend_under_the_lamp(spot: tuple[float, float]) -> None:
     np.testing.assert_allclose(answer("blend-lamp", *spot), expected, rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", (*SKY, *SUN, "blend-lamp"))
+@pytest.mark.parametrize("name", [*SKY, *SUN, "blend-lamp"])
 def test_a_coarse_image_is_the_mean_of_a_fine_one(name: str) -> None:
     found = case(name)
     fine, coarse = (found.answer.truth(found.scene.resized(3 * n, 2 * n), found.bounces) for n in (12, 3))
@@ -226,7 +231,9 @@ def test_a_coarse_image_is_the_mean_of_a_fine_one(name: str) -> None:
     blocks = fine.mean.reshape(found.bounces + 1, 6, 4, 9, 4, 3).mean(axis=(2, 4))
     # pixel averages are to 1e-7 of the largest
     np.testing.assert_allclose(coarse.mean, blocks, rtol=1e-6, atol=1e-7 * coarse.mean.max())
-    assert (coarse.mean[1].std(axis=(0, 1)) / coarse.mean[1].mean(axis=(0, 1))).max() > 0.03  # not all the same
+    assert (
+        coarse.mean[1].std(axis=(0, 1)) / coarse.mean[1].mean(axis=(0, 1))
+    ).max() > 0.03  # not all the same
 
 
 def test_correlated_shadowing_is_refused() -> None:

@@ -160,7 +160,7 @@ def test_every_bounce_where_the_view_is_smooth(name: str) -> None:
     for k, image in enumerate(truth.mean):
         expected = (4 * averages(scene, k, 24) - averages(scene, k, 12)) / 3
         np.testing.assert_allclose(image, expected, rtol=1e-6, atol=1e-12)
-    assert (truth.mean[1].std(axis=(0, 1)) / truth.mean[1].mean(axis=(0, 1))).max() > 0.05  # not all the same
+    assert (truth.mean[1].std(axis=(0, 1)) / truth.mean[1].mean(axis=(0, 1))).max() > 0.03  # not all the same
 
 
 def mean_of_steps(scene: Scene, k: int) -> np.ndarray:
@@ -174,7 +174,10 @@ def mean_of_steps(scene: Scene, k: int) -> np.ndarray:
             continue
         spot = (coarse == value).all(axis=1)
         middle = np.array([x.ravel()[spot].mean(), y.ravel()[spot].mean()])
-        low, high = np.zeros_like(phi), np.full_like(phi, 2.0 * np.sqrt(spot.sum() / np.pi) / fine)  # beyond the edge
+        low, high = (
+            np.zeros_like(phi),
+            np.full_like(phi, 2.0 * np.sqrt(spot.sum() / np.pi) / fine),
+        )  # beyond the edge
         for _ in range(50):
             r = (low + high) / 2
             at = middle[0] + r * np.cos(phi), middle[1] + r * np.sin(phi)
@@ -186,20 +189,37 @@ def mean_of_steps(scene: Scene, k: int) -> np.ndarray:
     return total / (width * height)
 
 
-@pytest.mark.parametrize("name", EDGES)
-def test_every_bounce_where_there_are_edges(name: str) -> None:
+def test_images_of_spheres() -> None:
     """The mean of each image, and each pixel by a midpoint rule; the top of a spot leaves about N^(−3/2) there."""
-    found = case(name)
+    found = case("mirror-lamps")
     scene = found.scene.resized(12, 10)
-    last = found.max_bounces or found.bounces
-    truth = found.answer.truth(scene, last)
+    truth = found.answer.truth(scene, 2)
     assert truth is not None
+    assert truth.mean.any(axis=(1, 2, 3)).tolist() == [True, True, False]
     for k, image in enumerate(truth.mean):
         np.testing.assert_allclose(image.mean(axis=(0, 1)), mean_of_steps(scene, k), rtol=1e-7)
-        expected = averages_of_steps(scene, k, lines=300, columns=32)
-        np.testing.assert_allclose(image, expected, rtol=0, atol=2e-3 * image.max())
-    seen = truth.mean.any(axis=(1, 2, 3))
-    assert seen.tolist() == [k < 2 or name == "two-mirrors" for k in range(last + 1)]
+        expected = averages_of_steps(scene, k, lines=300, columns=16)
+        np.testing.assert_allclose(image, expected, rtol=0, atol=3e-4 * image.max())
+
+
+def test_images_of_a_wall() -> None:
+    """Each pixel by a midpoint rule, which is exact but where an edge meets a side of the pixel."""
+    found = case("two-mirrors")
+    scene = found.scene.resized(9, 8)
+    truth = found.answer.truth(scene, 7)
+    assert truth is not None
+    for k, image in enumerate(truth.mean):
+        assert image.any()
+        expected = averages_of_steps(scene, k, lines=60, columns=10)
+        np.testing.assert_allclose(image, expected, rtol=0, atol=3e-5 * image.max())
+
+
+def test_hidden_lamps_are_refused() -> None:
+    found = case("mirror-lamps")
+    mirror, first, _ = found.scene.surfaces
+    behind = msgspec.structs.replace(first, name="behind", shape=Sphere((-0.6, 0.9, -0.2), 0.3))
+    with pytest.raises(ValueError, match="hides"):
+        found.answer.truth(msgspec.structs.replace(found.scene, surfaces=(mirror, first, behind)), 1)
 
 
 def test_the_slab_is_wide_enough() -> None:
@@ -207,8 +227,10 @@ def test_the_slab_is_wide_enough() -> None:
     found = case("glass-slab")
     assert found.max_bounces is not None
     scene = found.scene.resized(2, 2)
-    o, d = camera(msgspec.structs.replace(scene, sensor=msgspec.structs.replace(scene.sensor, width=9, height=9)), 1)
-    R = boundary(-d[:, 1], np.full(len(d), 1.9))[:, None]
+    o, d = camera(
+        msgspec.structs.replace(scene, sensor=msgspec.structs.replace(scene.sensor, width=9, height=9)), 1
+    )
+    R = boundary(-d[:, 1], np.full(len(d), 2.4))[:, None]
     for k in (found.max_bounces - 1, found.max_bounces):
         e = np.array(found.scene.environment.radiance if k % 2 else scene.surfaces[-1].emission.radiance)
         np.testing.assert_allclose(follow(scene, k, o, d), (1 - R) ** 2 * R ** (k - 2) * e, rtol=1e-9)
