@@ -70,7 +70,7 @@ def four_points() -> Case:
         PointLight((-0.9, 1.2, 0.5), (12.0, 1.0, 2.0)),
         PointLight((0.2, 0.9, -1.1), (1.0, 8.0, 3.0)),
         PointLight((-0.4, 2.0, -0.3), (0.5, 2.0, 30.0)),
-        PointLight((0.4, -0.5, 0.2), (90.0, 70.0, 80.0)),
+        PointLight((0.4, -0.5, 0.2), (12.0, 9.0, 15.0)),
     )
     return _case(
         "four-points",
