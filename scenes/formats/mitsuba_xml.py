@@ -318,7 +318,7 @@ def _light(root: Element, light: Light) -> None:
             _rgb(_plugin(root, "emitter", "constant"), "radiance", light.radiance)
         case _:
             raise _unsupported(
-                f"{kind(light)} light: Mitsuba's environment map interpolates between other places"
+                f"{kind(light)} light: it needs a picture beside the file, which is not written yet"
             )
 
 

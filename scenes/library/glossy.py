@@ -335,8 +335,8 @@ def blend_lamp() -> Case:
 TE = ∫ f(wi, wo) e cos θi cos θ′ / r² dA over the lamp, with f = (1 − w) ρ/π + w F D G / (4 cos θi cos θo). Every
 point of the floor sees the whole lamp, and the integrand is smooth on it: Gauss's quadrature with 24 × 24 nodes. The
 result is smooth over the image and is interpolated between Chebyshev points before pixels are averaged. The camera
-sees neither the lamp nor the edge of the floor: E = 0. The lamp is black: T²E = 0. Next event, sampling of the blend, and
-any mixture of the two must give the same.""",
+sees neither the lamp nor the edge of the floor: E = 0. The lamp is black: T²E = 0. Next event, sampling of the
+blend, and any mixture of the two must give the same.""",
         blind_to="light that comes from anywhere else; further bounces",
     )
 
