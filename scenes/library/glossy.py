@@ -84,7 +84,7 @@ def rough_metal_sky() -> Case:
     return Case(
         name="rough-metal-sky",
         family="glossy",
-        title="Rough metal under a constant sky, from 12° to 78°: TE = a(θ) e, the albedo by quadrature",
+        title="Rough metal under a constant sky, from 14° to 79°: TE = a(θ) e, the albedo by quadrature",
         scene=Scene((Surface("plate", _FLOOR, _METAL),), _CAMERA, (_SKY,)),
         answer=Formula(
             _under_sky, f"{_WALTER}, eq. 20, 23, 33, 34, by Gauss's quadrature over the hemisphere"
@@ -335,8 +335,8 @@ def blend_lamp() -> Case:
 TE = ∫ f(wi, wo) e cos θi cos θ′ / r² dA over the lamp, with f = (1 − w) ρ/π + w F D G / (4 cos θi cos θo). Every
 point of the floor sees the whole lamp, and the integrand is smooth on it: Gauss's quadrature with 24 × 24 nodes. The
 result is smooth over the image and is interpolated between Chebyshev points before pixels are averaged. The camera
-sees neither the lamp nor the edge of the floor: E = 0. The lamp is black: T²E = 0. Next event, sampling of the
-blend, and any mixture of the two must give the same.""",
+sees neither the lamp nor the edge of the floor: E = 0. The lamp is black: T²E = 0. Next event, sampling of
+the blend, and any mixture of the two must give the same.""",
         blind_to="light that comes from anywhere else; further bounces",
     )
 

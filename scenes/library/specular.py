@@ -95,7 +95,7 @@ def metal_angles() -> Case:
     return Case(
         name="metal-angles",
         family="specular",
-        title="Smooth metal under a constant sky, from 12° to 78°: TE = F(θ) e",
+        title="Smooth metal under a constant sky, from 14° to 79°: TE = F(θ) e",
         scene=Scene((Surface("plate", floor, metal),), camera, (ConstantEnvironment((1.0, 2.0, 3.0)),)),
         answer=Formula(_metal, f"{_FRESNEL}, §14.2"),
         bounces=2,

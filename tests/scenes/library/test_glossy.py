@@ -245,6 +245,15 @@ def test_correlated_shadowing_is_refused() -> None:
         found.answer.truth(msgspec.structs.replace(found.scene, surfaces=surfaces), 1)
 
 
+def test_a_narrow_lobe_has_no_albedo() -> None:
+    """Quadrature with that many nodes would miss it."""
+    found = case("rough-metal-sky")
+    plate = found.scene.surfaces[0]
+    narrow = msgspec.structs.replace(plate, material=msgspec.structs.replace(plate.material, alpha=0.05))
+    with pytest.raises(ValueError, match="narrower lobe"):
+        found.answer.truth(msgspec.structs.replace(found.scene, surfaces=(narrow,)), 1)
+
+
 def test_a_view_past_the_plate_is_refused() -> None:
     found = case("rough-metal-sun")
     up = msgspec.structs.replace(found.scene.sensor, target=(0.0, 1.0, -1.0))
