@@ -2,7 +2,7 @@
 # make test       the tests, in under ten minutes on two cores
 # make check      formatting, lint, types, import rules
 # make bench      how fast, beside Mitsuba 3, in four minutes on an idle machine; ARGS=--json for programs
-# make truth     the committed data of the Cornell box anew, in about ten minutes
+# make truth     the committed data of the cases anew, in about twenty minutes
 # make schema     results.schema.json from the code
 # make pins       constraints.txt from what is installed
 
@@ -31,6 +31,8 @@ bench: $(INSTALLED)
 
 truth: $(INSTALLED)
 	$(BIN)/python -m comparisons.truth cornell-box --spp 131072
+	for name in cornell-box-empty facing-squares around-the-corner cornell-box-spectral; do \
+		$(BIN)/python -m comparisons.truth $$name || exit 1; done
 
 schema: $(INSTALLED_DEV)
 	$(BIN)/python -m comparisons.results
