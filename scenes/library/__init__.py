@@ -6,10 +6,17 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from scenes.case import Case
-from scenes.library import cornell_box, furnace, integrating_sphere, no_closed_form, spectral
+from scenes.library import (
+    around_the_corner,
+    cornell_box,
+    furnace,
+    integrating_sphere,
+    no_closed_form,
+    spectral,
+)
 from scenes.names import look_up
 
-FAMILIES = (furnace, integrating_sphere, cornell_box, no_closed_form, spectral)
+FAMILIES = (furnace, integrating_sphere, cornell_box, no_closed_form, around_the_corner, spectral)
 """Each has ``CASES``: name → function that makes the case."""
 
 CASES: Mapping[str, Callable[[], Case]] = MappingProxyType(

@@ -47,13 +47,13 @@ def test_the_coarser_mesh_is_off_by_the_stated_error(name: str) -> None:
 
 
 def test_around_the_corner_on_a_coarse_mesh() -> None:
-    """That of the data takes minutes; this one is good to half a percent."""
+    """That of the data takes minutes; this one takes seconds."""
     found = case("around-the-corner")
     assert isinstance(found.answer, Computed)
-    fresh = solve(found.scene, 6, order=2, levels=0, splits=found.answer.splits).image()
+    fresh = solve(found.scene, 6, order=3, levels=0, splits=found.answer.splits).image()
     error = relative_error(fresh, committed(found))
     assert not error[:3].any()
-    assert error.max() < 0.005
+    assert error.max() < 0.003
 
 
 def test_another_resolution_is_computed_once_and_cached(
