@@ -3,7 +3,7 @@
 # make test-all   the tests, then the reference tracer on every case at ±0.2 %: about an hour
 # make check      formatting, lint, types, import rules
 # make bench      how fast, beside Mitsuba 3, in four minutes on an idle machine; ARGS=--json for programs
-# make truth     the committed data of the Cornell box anew, in about ten minutes
+# make truth     the committed data of the cases anew, in about twenty minutes
 # make schema     results.schema.json and scene.schema.json from the code
 # make pins       constraints.txt from what is installed
 
@@ -35,6 +35,8 @@ bench: $(INSTALLED)
 
 truth: $(INSTALLED)
 	$(BIN)/python -m comparisons.truth cornell-box --spp 131072
+	for name in cornell-box-empty facing-squares around-the-corner cornell-box-spectral; do \
+		$(BIN)/python -m comparisons.truth $$name || exit 1; done
 
 schema: $(INSTALLED_DEV)
 	$(BIN)/python -m comparisons.results

@@ -141,7 +141,9 @@ def main() -> None:
     path = case.answer.path
     if isinstance(case.answer, Computed):
         compute(case.scene, COMMITTED_BOUNCES, case.answer, path, _of(case.scene))
-        print(f"{path}: relative error of a pixel, per bounce: {', '.join(map(str, case.answer.error))}")
+        print(
+            f"{path}: error (root mean square, relative), per bounce: {', '.join(map(str, case.answer.error))}"
+        )
         return
     if options.spp is None:
         parser.error(f"{case.name} is an estimate: say how good, --spp 131072")

@@ -127,8 +127,8 @@ class Computed(Committed):
     """An answer that finite elements made: no noise, but an error, which a finer mesh tells.
 
     Attributes:
-        order, levels, splits: of the mesh: nodes per patch and axis, grading towards edges, and further mesh lines
-            (surface name → values of s along edge_u, values of t along edge_v); None for the solver's own.
+        order, levels, splits: of the coarser of two meshes: nodes per patch and axis, grading towards edges, and
+            further mesh lines (surface name → values of s along edge_u, of t along edge_v); None: the solver's own.
     """
 
     order: int | None = None
@@ -138,7 +138,7 @@ class Computed(Committed):
 
     @property
     def error(self) -> tuple[float, ...]:
-        """Per bounce, the largest error of a pixel, relative to the mean of the image, as the header says."""
+        """Per bounce, how far the coarser mesh is off: root mean square of pixels over the mean of the image."""
         return tuple(float(text) for text in exr.read_attribute(self.path, "lightproof:error").split())
 
 

@@ -27,8 +27,14 @@ NEAR = 1.5
 DEEPEST = 14
 """How often at most."""
 
-SHADOW_DEEPEST = 3
-"""How often at most for the edge of an occluder."""
+SHADOW_DEEPEST = 2
+"""How often at most for the edge of a shadow."""
+
+BISECTIONS = 14
+"""Steps that find the edge of a shadow on a line."""
+
+INSIDE = 1e-6
+"""Share of a part's length at which its ends are looked at."""
 
 BATCH = 400_000
 """Kernel values held at once."""
@@ -171,8 +177,8 @@ class AdaptiveQuadrature:
     """The matrix for any pair: parts of the source are cut in four while they are near to a node.
 
     With ``visible`` = (ray caster, receiver's index, source's index), every kernel value is multiplied by the
-    visibility of its two ends, and parts that the edge of an occluder crosses are cut as well, SHADOW_DEEPEST
-    times at most: what error they leave halves with each time.
+    visibility of its two ends, and parts that the edge of a shadow crosses are cut as well, SHADOW_DEEPEST times at
+    most; then the edge is found on each line of nodes, and its seen side integrated.
 
     Attributes:
         matrix: ``(nodes of the receiver, nodes of the source)``.
@@ -213,30 +219,99 @@ class AdaptiveQuadrature:
 
     def _add(self, i: NDArray[np.intp], low: Array, size: Array, whole: bool) -> NDArray[np.bool_]:
         """Add what a rule of ``_count``² nodes gives; with ``whole``, leave out and return the parts half hidden."""
-        source, rule = self._source, uniform(self._count, 1)
+        rule = uniform(self._count, 1)
         u, v = (a.ravel() for a in np.meshgrid(rule.nodes, rule.nodes, indexing="ij"))
-        s, t = (low[:, :, None] + size[:, :, None] * np.stack([u, v])[:, None, :]).reshape(2, -1)
-        y, lanes, shape = source.points(s, t), np.repeat(i, len(u)), (len(i), len(u))
-        x, nx = self._receiver.nodes[:, lanes], self._receiver.normal[:, None]
-        value = kernel(x, nx, y, source.normal[:, None])
-        skipped: NDArray[np.bool_] = np.zeros(len(i), dtype=bool)
-        if self._visible is not None:
-            lit = np.flatnonzero(value)
-            seen = np.zeros(len(value), dtype=bool)
-            seen[lit] = self._sees(x[:, lit], y[:, lit], *self._visible)
-            hidden = (value > 0) & ~seen
-            skipped = np.any(seen.reshape(shape), axis=1) & np.any(hidden.reshape(shape), axis=1) & whole
-            value *= seen
-        weight = np.outer(source.area * size.prod(axis=0), np.outer(rule.weights, rule.weights))
-        weight *= value.reshape(shape) * ~skipped[:, None]
-        indices, basis = source.basis(s, t)
+        s, t = low[:, :, None] + size[:, :, None] * np.stack([u, v])[:, None, :]
+        weight = np.outer(size.prod(axis=0), np.outer(rule.weights, rule.weights))
+        if self._visible is None:
+            self._accumulate(i, s, t, weight)
+            return np.zeros(len(i), dtype=bool)
+        # where the edge of a shadow cuts off no more than a strip, only the corners tell
+        corners = np.array(
+            [[INSIDE, 1 - INSIDE, INSIDE, 1 - INSIDE], [INSIDE, INSIDE, 1 - INSIDE, 1 - INSIDE]]
+        )
+        s_corners, t_corners = low[:, :, None] + size[:, :, None] * corners[:, None, :]
+        seen, facing = self._sees(i, s, t)
+        seen_corners, facing_corners = self._sees(i, s_corners, t_corners)
+        some = np.any(seen, axis=1) | np.any(seen_corners, axis=1)
+        half: NDArray[np.bool_] = some & np.any(facing & ~seen, axis=1)
+        half |= some & np.any(facing_corners & ~seen_corners, axis=1)
+        self._accumulate(i, s, t, weight * seen * ~half[:, None])
+        if not whole and half.any():
+            self._add_half_hidden(i[half], low[:, half], size[:, half])
+        return half & whole
+
+    def _add_half_hidden(self, i: NDArray[np.intp], low: Array, size: Array) -> None:
+        """Add parts that the edge of a shadow crosses: by lines, each from one side of the part to the edge.
+
+        The lines run along the axis on which more of them meet the edge, which bisection finds on each.
+        """
+        rule = uniform(self._count, 1)
+        across = np.broadcast_to(rule.nodes, (len(i), self._count))
+        ends = [
+            [
+                self._seen_on_lines(axis, i, low, size, np.full(across.shape, end))
+                for end in (INSIDE, 1 - INSIDE)
+            ]
+            for axis in (0, 1)
+        ]
+        crossed = np.stack([(first != last).sum(axis=1) for first, last in ends])
+        for axis, mine in ((0, crossed[0] >= crossed[1]), (1, crossed[0] < crossed[1])):
+            if not mine.any():
+                continue
+            first, last = (seen[mine] for seen in ends[axis])
+            part = i[mine], low[:, mine], size[:, mine]
+            near, far = np.zeros(first.shape), np.ones(first.shape)
+            for _ in range(BISECTIONS):
+                middle = (near + far) / 2
+                alike = self._seen_on_lines(axis, *part, middle) == first
+                near, far = np.where(alike, middle, near), np.where(alike, far, middle)
+            edge = (near + far) / 2
+            start = np.where(last & ~first, edge, 0.0)
+            length = np.where(last, 1.0, np.where(first, edge, 0.0)) - start
+            along = start[:, :, None] + length[:, :, None] * rule.nodes
+            beside = np.broadcast_to(across[mine][:, :, None], along.shape)
+            local = np.stack([along, beside] if axis == 0 else [beside, along])
+            local = local.reshape(2, len(first), self._count**2)
+            weight = length[:, :, None] * rule.weights[:, None] * rule.weights
+            s, t = part[1][:, :, None] + part[2][:, :, None] * local
+            self._accumulate(
+                part[0], s, t, weight.reshape(len(first), self._count**2) * part[2].prod(axis=0)[:, None]
+            )
+
+    def _seen_on_lines(
+        self, axis: int, i: NDArray[np.intp], low: Array, size: Array, along: Array
+    ) -> NDArray[np.bool_]:
+        """Whether points of parts are seen: one on each of ``_count`` lines along an axis, ``(parts, lines)``."""
+        across = np.broadcast_to(uniform(self._count, 1).nodes, along.shape)
+        local = np.stack([along, across] if axis == 0 else [across, along])
+        return self._sees(i, *(low[:, :, None] + size[:, :, None] * local))[0]
+
+    def _accumulate(self, i: NDArray[np.intp], s: Array, t: Array, weight: Array) -> None:
+        """Add Σ_q w_q K(x_i, y_q) φ_j(y_q), with y_q at s, t ``(parts, nodes)`` and w_q a share of the area."""
+        source, shape = self._source, s.shape
+        weight = weight * source.area * self._kernel(i, s, t)
+        indices, basis = source.basis(s.ravel(), t.ravel())
         moments = np.einsum("nq,nqk->nk", weight, basis.reshape(*shape, source.support))
         indices = indices.reshape(*shape, source.support)[:, 0]
         np.add.at(self.matrix, (i[:, None], indices), moments)
-        return skipped
 
-    def _sees(self, x: Array, y: Array, cast: RayCaster, here: int, there: int) -> NDArray[np.bool_]:
+    def _kernel(self, i: NDArray[np.intp], s: Array, t: Array) -> Array:
+        """Without visibility, ``(parts, nodes)``."""
+        y = self._source.points(s.ravel(), t.ravel()).reshape(3, *s.shape)
+        x, nx = self._receiver.nodes[:, i, None], self._receiver.normal[:, None, None]
+        return kernel(x, nx, y, self._source.normal[:, None, None])
+
+    def _sees(self, i: NDArray[np.intp], s: Array, t: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Whether node i sees the source's points at s, t ``(parts, nodes)``, and whether the two face each other."""
+        assert self._visible is not None
+        cast, here, there = self._visible
+        facing = self._kernel(i, s, t) > 0
+        part, _ = np.nonzero(facing)
+        x, y = self._receiver.nodes[:, i[part]], self._source.points(s[facing], t[facing])
         d = (y - x) / np.linalg.norm(y - x, axis=0)
         n = np.tile(self._receiver.normal[:, None], x.shape[1])
         hit = cast(Points(x, n, np.full(x.shape[1], here)), d)
-        return np.asarray(hit.surface == there)
+        seen = np.zeros(facing.shape, dtype=bool)
+        seen[facing] = hit.surface == there
+        return seen, facing

@@ -16,8 +16,8 @@ from scenes.surfaces import Surface
 _METHOD = """\
 No closed form is known. Every TᵏE was computed by finite elements (reference_tracer/finite_elements.py): Legendre
 polynomials on patches graded towards the edges, T applied k times, each pixel the exact average of the polynomials it
-sees. No sample is drawn, so there is no noise. The error is that of a pixel against a solution of higher order on
-a finer mesh, relative to the mean of the image, the largest of all pixels."""
+sees. No sample is drawn, so there is no noise. The error is what a solution of lower order on a coarser mesh is off
+by: the root mean square of its pixels, relative to the mean of the image."""
 
 # a hundred times the error and more; what a renderer's own noise allows in later bounces
 _TOLERANCE = Tolerance(image=(0.005, 0.005, 0.01, 0.02), tile=(0.025, 0.025, 0.05, 0.1))
@@ -41,7 +41,7 @@ def cornell_box_empty() -> Case:
 
 
 def facing_squares() -> Case:
-    """Two unit squares, face to face at a distance of 0.8; the lower one emits."""
+    """Two unit squares, face to face at a distance of 0.5; the lower one emits."""
     lower = Surface(
         "lamp",
         Quad((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
@@ -49,9 +49,9 @@ def facing_squares() -> Case:
         AreaLight((1.0, 2.0, 3.0)),
     )
     upper = Surface(
-        "square", Quad((0.0, 0.0, 0.8), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)), Lambertian((0.6, 0.8, 0.95))
+        "square", Quad((0.0, 0.0, 0.5), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)), Lambertian((0.6, 0.8, 0.95))
     )
-    camera = Pinhole((1.15, -0.3, 0.36), (0.45, 0.6, 0.4), (0.0, 0.0, 1.0), 75.0, 64, 64)
+    camera = Pinhole((1.1, -0.2, 0.22), (0.45, 0.6, 0.25), (0.0, 0.0, 1.0), 70.0, 64, 64)
     return Case(
         name="facing-squares",
         family="no_closed_form",

@@ -140,12 +140,14 @@ def test_what_is_near_is_not_taken_for_far() -> None:
     assert far_orders(floor, ceiling, 1e-9) is not None
 
 
-def test_half_of_a_source_is_hidden() -> None:
-    """A blocker close above the floor: what each node sees of the source is a rectangle, known by similarity."""
+@pytest.mark.parametrize(("slope", "off"), [(0.0, 1e-6), (0.3, 1e-6), (-0.4, 2e-5)])
+def test_half_of_a_source_is_hidden(slope: float, off: float) -> None:
+    """A blocker close above the floor: what each node sees of the source is a quad, known by similarity."""
     white = Lambertian((0.5,))
     floor = Quad((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
     lamp = Quad((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
-    blocker = Quad((-1.0, -1.0, 0.5), (1.3, 0.0, 0.0), (0.0, 3.0, 0.0))  # up to x = 0.3
+    start = 0.3 - min(slope, 0.0) / 2  # its edge: x = start + slope · y
+    blocker = Quad((-1.0 - slope, -1.0, 0.5), (1.0 + start, 0.0, 0.0), (3.0 * slope, 3.0, 0.0))
     surfaces = (
         Surface("floor", floor, white),
         Surface("lamp", lamp, white, AreaLight((1.0,))),
@@ -155,11 +157,13 @@ def test_half_of_a_source_is_hidden() -> None:
     receiver, source = plain(floor, 2, 1), plain(lamp, 3, 2)
     found = AdaptiveQuadrature(receiver, source, (RayCaster(scene), 0, 1)).matrix.sum(axis=1)
     for node, value in zip(receiver.nodes.T, found, strict=True):
-        edge = 0.6 - node[0]  # node + 2 (0.3 − node)
-        seen = np.array([[edge, edge, 1.0, 1.0], [0.0, 1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]])
+        # half way up, the ray from the node to (x, y) is at ((x + node_x) / 2, (y + node_y) / 2)
+        first, last = (2 * start - node[0] + slope * (y + node[1]) for y in (0.0, 1.0))
+        assert 0 < first < 1
+        assert 0 < last < 1
+        seen = np.array([[first, last, 1.0, 1.0], [0.0, 1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]])
         expected = point_to_polygon(node[:, None], np.array([[0.0], [0.0], [1.0]]), seen)[0]
-        # cells of 1/2, cut three times, five nodes: the jump lies within 1/2 · 1/8 · 0.29 of its place
-        assert value == pytest.approx(expected, abs=0.5 / 8 * 0.29 / pi)
+        assert value == pytest.approx(expected, abs=off)
         assert value != pytest.approx(
             point_to_polygon(node[:, None], receiver.normal[:, None], source.corners)[0], abs=0.05
         )

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
 from scenes import Case, Computed, Pinhole, Quad, Scene
-from scenes.library import case
-from scenes.library.no_closed_form import CASES
+from scenes.library import CASES, case
 
 
 def truth(found: Case, bounces: int) -> np.ndarray:
@@ -71,12 +68,12 @@ def quads(scene: Scene) -> dict[str, tuple[Quad, np.ndarray, np.ndarray]]:
 
 
 def test_facing_squares_by_nyström() -> None:
-    """Every bounce: the kernel is smooth at this distance, so that 20 Gauss nodes per axis leave 10⁻¹²."""
+    """Every bounce: the kernel is smooth at this distance, so that 20 Gauss nodes per axis leave no error."""
     found = case("facing-squares")
     parts, expected = quads(found.scene), truth(found, 5)
     pixels = {
-        "lamp": (np.array([50, 52, 55, 58]), np.array([20, 40, 30, 35])),
-        "square": (np.array([6, 10, 12, 14]), np.array([30, 20, 45, 35])),
+        "lamp": (np.array([46, 48, 52, 58]), np.array([20, 40, 30, 35])),
+        "square": (np.array([6, 10, 15, 18]), np.array([30, 20, 45, 35])),
     }
     nodes = {name: nodes_of(quad, 20) for name, (quad, _, _) in parts.items()}
 
@@ -137,12 +134,16 @@ def test_the_empty_box_by_quadrature(wall: str, pixels: tuple[np.ndarray, np.nda
     np.testing.assert_allclose(expected[2][pixels], averaged(values), rtol=1e-5)
 
 
-@pytest.mark.parametrize("make", CASES.values(), ids=CASES)
-def test_the_tolerance_is_ten_times_the_error(make: Callable[[], Case]) -> None:
-    found = make()
+COMPUTED = [name for name in CASES if case(name).answer.kind == "computed"]
+
+
+@pytest.mark.parametrize("name", COMPUTED)
+def test_the_tolerance_is_ten_times_the_error(name: str) -> None:
+    found = case(name)
     assert isinstance(found.answer, Computed)
     assert len(found.answer.error) == 7
     for k, error in enumerate(found.answer.error):
         assert found.tolerance.of_image(k) >= 10 * error
-        assert found.tolerance.of_tile(k) >= 10 * error
+        assert found.tolerance.of_tile(k) >= 40 * error  # 16 tiles: √16 × the root mean square of all pixels
     assert found.answer.source.startswith("finite elements of lightproof")
+    assert found.answer.path.stat().st_size < 300_000
