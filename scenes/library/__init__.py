@@ -7,10 +7,39 @@ from types import MappingProxyType
 
 from scenes.case import Case
 from scenes.library import (
-from scenes.library import around_the_corner, cornell_box, direct_light, direct_light_of_lights, furnace, glossy, integrating_sphere, interreflection, mirrors, no_closed_form, point_in_sphere, rectangles, spectral, specular
+    around_the_corner,
+    cornell_box,
+    direct_light,
+    direct_light_of_lights,
+    furnace,
+    glossy,
+    integrating_sphere,
+    interreflection,
+    mirrors,
+    no_closed_form,
+    point_in_sphere,
+    rectangles,
+    spectral,
+    specular,
+)
 from scenes.names import look_up
 
-FAMILIES = (furnace, integrating_sphere, interreflection, point_in_sphere, direct_light, direct_light_of_lights, rectangles, mirrors, specular, glossy, no_closed_form, around_the_corner, spectral, cornell_box)
+FAMILIES = (
+    furnace,
+    integrating_sphere,
+    interreflection,
+    point_in_sphere,
+    direct_light,
+    direct_light_of_lights,
+    rectangles,
+    mirrors,
+    specular,
+    glossy,
+    no_closed_form,
+    around_the_corner,
+    spectral,
+    cornell_box,
+)
 """Each has ``CASES``: name → function that makes the case."""
 
 CASES: Mapping[str, Callable[[], Case]] = MappingProxyType(
