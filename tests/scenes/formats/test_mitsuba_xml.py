@@ -176,7 +176,7 @@ def test_what_the_adapter_takes_the_file_has(
     if scene.shape[:2] != (1, 1):
         scene = scene.resized(6, 6)
     try:
-        adapter = images(mitsuba, scene, 2, spp=4, seeds=4)
+        adapter = images(mitsuba, scene, 3, spp=4, seeds=4)
     except Unsupported:
         return
     assert adapter.any()
@@ -184,7 +184,7 @@ def test_what_the_adapter_takes_the_file_has(
         with pytest.raises(UnsupportedFeatureError, match="environment map"):
             mitsuba_xml(scene, name)
         return
-    expect_the_same(adapter, images(xml, scene, 2, spp=4, seeds=4), resolution=np.inf)
+    expect_the_same(adapter, images(xml, scene, 3, spp=4, seeds=4), resolution=np.inf)
 
 
 def test_one_channel_is_grey() -> None:
