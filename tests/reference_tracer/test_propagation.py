@@ -170,14 +170,14 @@ def check(scene: Scene, origin: Points, d: np.ndarray) -> Points:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(3))
 def test_from_space_and_from_surface_to_surface(kind: str, seed: int) -> None:
-    count = 40 if Mesh in KINDS[kind] else 300
+    count = 40 if Mesh in KINDS[kind] else 800
     scene, rng = random_scene(seed, kind), np.random.default_rng(100 + seed)
     x, aim = rng.uniform(-3, 3, (3, count)), rng.uniform(-1.5, 1.5, (3, count))
     hit = check(scene, Points.nowhere(x), (aim - x) / np.linalg.norm(aim - x, axis=0))
     met = hit[hit.surface != NOWHERE]
     assert len(met) > 10
     again = check(scene, met, unit(rng, len(met)))  # to either side, so also through the body of a sphere
-    assert len(again[again.surface != NOWHERE]) > 2 or kind == "disks"
+    assert len(again[again.surface != NOWHERE]) > 3
 
 
 def test_some_rays_end_where_they_began_and_some_nowhere() -> None:
