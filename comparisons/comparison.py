@@ -27,10 +27,21 @@ class Comparing:
     """The work of one comparison; ``run`` does it."""
 
     def __init__(
-        self, case: Case, renderer: str, truth: Truth, settings: Settings, crew: Crew, observer: Observer
+        self,
+        case: Case,
+        renderer: str,
+        truth: Truth,
+        settings: Settings,
+        crew: Crew,
+        observer: Observer,
+        full_name: str | None = None,
     ) -> None:
+        """Of a renderer by its name; one that is not registered has a ``full_name`` that the crew knows."""
         self.case, self.truth, self.settings, self.crew, self.observer = case, truth, settings, crew, observer
-        self.shown_name, (self.name, self.notes) = renderer, _judged_as(case, canonical(renderer))
+        self.shown_name, (self.name, self.notes) = (
+            renderer,
+            _judged_as(case, full_name or canonical(renderer)),
+        )
         self.regions = Regions.of(*case.scene.shape[:2], case.tiles)
         self.truth_means = self.regions.means(truth.mean)
         self.truth_errors = self.regions.stderr(truth.stderr)

@@ -87,7 +87,7 @@ class RendererProcess:
             raise RendererFailed(reply.message, self.log())
         if image is None:
             raise RendererFailed(f"said {reply} where an image was expected", self.log())
-        _check(image, bounces, scene)
+        check_image(image, bounces, scene)
         return image
 
     def _reply(self, timeout: float) -> tuple[Reply, Images | None]:
@@ -148,8 +148,12 @@ class RendererProcess:
         self.close()
 
 
-def _check(image: Images, bounces: Sequence[int], scene: Scene) -> None:
-    """Refuse what is no image of these bounces of the scene."""
+def check_image(image: Images, bounces: Sequence[int], scene: Scene) -> None:
+    """Refuse what is no image of these bounces of the scene.
+
+    Raises:
+        RendererFailed: its shape is another, or a value is not finite.
+    """
     shape = (len(bounces), *scene.shape)
     if image.shape != shape:
         raise RendererFailed(
