@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import sys
 import traceback
 from dataclasses import replace
@@ -20,14 +19,14 @@ from comparisons import known as known_deviations
 from comparisons.crew import Crew
 from comparisons.renderers import RENDERERS, SHORT_NAMES, RendererError, canonical
 from comparisons.renderers.process import RendererProcess
-from comparisons.results import RESULTS_FILE, ResultsError
+from comparisons.results import ResultsError
 from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
 from comparisons.truth import truth_of
 from lightproof import options, terminal
 from lightproof.cases import CaseError, announced, from_entry_point
 from lightproof.choice import check_size, one_case, several_cases, subject
 from lightproof.parameters import percent, size
-from lightproof.validate import exit_status
+from lightproof.validate import exit_status, prepare
 from lightproof.validate import validate as run_validation
 from scenes import Case, Scene, SceneError, UnknownNameError, library
 from scenes.channels import single_channel
@@ -241,13 +240,8 @@ def report(
 
 
 def _prepare(out: Path) -> None:
-    """Make the folder; what an earlier run left goes, so that the folder holds one run."""
     try:
-        out.mkdir(parents=True, exist_ok=True)
-        if (out / RESULTS_FILE).exists():
-            shutil.rmtree(out / "images", ignore_errors=True)
-            for name in (RESULTS_FILE, reports.REPORT_FILE, reports.JUNIT_FILE):
-                (out / name).unlink(missing_ok=True)
+        prepare(out)
     except OSError as error:
         message = f"{error.filename}: {error.strerror}; expected a folder that can be written"
         raise typer.BadParameter(message, param_hint="--out") from None

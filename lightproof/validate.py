@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import shutil
 import sys
 import time
 from collections.abc import Sequence
@@ -13,7 +14,8 @@ from pathlib import Path
 
 import reports
 from comparisons import campaign, results
-from comparisons.results import Comparison, Provenance, Results, Verdict
+from comparisons.renderers import Renderer
+from comparisons.results import RESULTS_FILE, Comparison, Provenance, Results, Verdict
 from comparisons.sequential import first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.verdict import overall
@@ -33,9 +35,15 @@ EXIT_STATUS: dict[Verdict, int] = {
 
 
 def validate(
-    cases: Sequence[Case], renderers: Sequence[str], settings: Settings, folder: Path, observer: Observer
+    cases: Sequence[Case],
+    renderers: Sequence[str | Renderer],
+    settings: Settings,
+    folder: Path,
+    observer: Observer,
 ) -> Results:
     """Hold every case against every renderer and write the folder.
+
+    Renderers are names, or objects of this process; see ``comparisons.in_process``.
 
     Returns:
         What ``results.json`` holds.
@@ -58,6 +66,19 @@ def validate(
     outcome = write()
     reports.render(folder)
     return outcome
+
+
+def prepare(folder: Path) -> None:
+    """Make the folder; what an earlier run left goes, so that the folder holds one run.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    if (folder / RESULTS_FILE).exists():
+        shutil.rmtree(folder / "images", ignore_errors=True)
+        for name in (RESULTS_FILE, reports.REPORT_FILE, reports.JUNIT_FILE):
+            (folder / name).unlink(missing_ok=True)
 
 
 def exit_status(outcome: Results) -> int:
