@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from comparisons import campaign
-from comparisons.in_process import InProcess, short_name
+from comparisons.in_process import InProcess
 from comparisons.renderers import Images, RendererFailed, Unsupported
 from comparisons.results import Comparison
 from comparisons.settings import Settings
@@ -146,12 +146,13 @@ def test_a_version_must_be_a_text() -> None:
 
 
 def test_an_object_is_never_taken_for_a_registered_renderer(tmp_path: Path, observer: Any) -> None:
-    """Even if it is called like the one that estimated the truth, which may not judge itself."""
-    reference = type("reference", (Noise,), {})()
-    assert short_name(reference) == "reference"
-    estimated = replace(library.case("cornell-box"), bounces=0)
-    [comparison] = campaign.run(
-        [estimated], [reference], Settings(size=(8, 8), budget=20.0), tmp_path, observer
-    )
-    assert (comparison.renderer, comparison.verdict) == ("reference", "fail")  # a furnace is no Cornell box
+    """Even if it is called like the one that estimated the truth, in whose place another one is judged."""
+
+    class reference(Noise):  # noqa: N801
+        def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
+            return np.random.default_rng(seed).normal(1.0, 0.05, (len(bounces), *scene.shape))
+
+    case, settings = replace(library.case("cornell-box"), bounces=0), Settings(size=(8, 8), budget=20.0)
+    [comparison] = campaign.run([case], [reference()], settings, tmp_path, observer)
+    assert (comparison.renderer, comparison.verdict) == ("reference", "fail")  # a grey wall is no Cornell box
     assert comparison.notes == []
