@@ -61,7 +61,8 @@ def folder_names(nodeid: str) -> Iterable[str]:
     A name whose characters or length are too much for some file system is made fit, and keeps apart from others by
     a hash of what it was.
     """
-    for part in re.split("::|[/\\\\]", nodeid):
+    file, _, test = nodeid.partition("::")
+    for part in [*file.split("/"), *test.split("::")]:
         fit = re.sub(r"[^\w.,=+\[\]-]+", "-", part, flags=re.ASCII).lstrip(".")[:_LONGEST]
         if fit != part:
             fit = f"{fit}-{hashlib.sha256(part.encode()).hexdigest()[:8]}"
