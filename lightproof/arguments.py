@@ -59,6 +59,17 @@ def found(case: Any) -> Case:
     return case
 
 
+def skips(unsupported: str) -> bool:
+    """Whether a scene that the renderer can't express skips the test.
+
+    Raises:
+        ValueError: neither ``skip`` nor ``fail``.
+    """
+    if unsupported not in ("skip", "fail"):
+        raise ValueError(f"unsupported: expected 'skip' or 'fail', found {unsupported!r}")
+    return unsupported == "skip"
+
+
 def settings(
     host: Host,
     tolerance: float | str | None,

@@ -85,6 +85,7 @@ def assert_bounces_match(
         chosen = arguments.found(case)
         settings = arguments.settings(host, tolerance, tile_tolerance, bounces, size, budget, alpha, seed)
         arguments.check_answer(chosen, settings)
+        skips = arguments.skips(unsupported or host.unsupported)
     except (ValueError, TypeError, UnknownNameError) as error:
         raise error.with_traceback(None)  # noqa: B904 -- the mistake is the caller's, and shown there
     folder = Path(report) if report is not None else host.folder(chosen.name)
@@ -92,7 +93,7 @@ def assert_bounces_match(
     outcome = validate([chosen], [renderer], settings, folder, _Silent())
     [comparison] = outcome.comparisons
     host.note(comparison)
-    skips = comparison.verdict == "unsupported" and (unsupported or host.unsupported) == "skip"
+    skips = skips and comparison.verdict == "unsupported"
     if comparison.verdict not in ("pass", "known") and not skips:
         page = (folder / REPORT_FILE).resolve()
         raise VerdictError(explanation(outcome, page), comparison, page)
