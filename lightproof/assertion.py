@@ -10,14 +10,14 @@ import shutil
 import sys
 from pathlib import Path
 
+import reports
 from comparisons.renderers import Renderer
 from comparisons.results import Comparison
 from comparisons.settings import DEFAULT_ALPHA
 from lightproof import arguments
 from lightproof.explanation import explanation, headline
 from lightproof.host import Host, Unsupported
-from lightproof.validate import prepare, validate
-from reports import REPORT_FILE
+from lightproof.validate import compare, prepare
 from scenes import Case, UnknownNameError
 
 
@@ -90,15 +90,18 @@ def assert_bounces_match(
         raise error.with_traceback(None)  # noqa: B904 -- the mistake is the caller's, and shown there
     folder = Path(report) if report is not None else host.folder(chosen.name)
     prepare(folder)
-    outcome = validate([chosen], [renderer], settings, folder, _Silent())
+    outcome = compare([chosen], [renderer], settings, folder, _Silent())
     [comparison] = outcome.comparisons
     host.note(comparison)
     skips = skips and comparison.verdict == "unsupported"
-    if comparison.verdict not in ("pass", "known") and not skips:
-        page = (folder / REPORT_FILE).resolve()
-        raise VerdictError(explanation(outcome, page), comparison, page)
-    if report is None and not host.keeps:
+    fine = skips or comparison.verdict in ("pass", "known")
+    if fine and report is None and not host.keeps:
         shutil.rmtree(folder, ignore_errors=True)
+    else:
+        reports.render(folder)
+    if not fine:
+        page = (folder / reports.REPORT_FILE).resolve()
+        raise VerdictError(explanation(outcome, page), comparison, page)
     if skips:
         host.skip(headline(comparison))
     return comparison

@@ -84,7 +84,9 @@ class CaseCollector(pytest.Collector):
     def collect(self) -> Iterable[pytest.Item]:
         """The cases one after the other, each with all renderers."""
         for name, (case, renderer) in self._plugin.pairs.items():
-            yield CaseItem.from_parent(self, name=name, case=case, renderer=renderer, plugin=self._plugin)
+            # in full: from the name alone some pytests make an id that --lf does not find again
+            of_node = {"name": name, "nodeid": f"{self.nodeid}::{name}"}
+            yield CaseItem.from_parent(self, **of_node, case=case, renderer=renderer, plugin=self._plugin)
 
 
 class CaseItem(pytest.Item):

@@ -41,7 +41,20 @@ def validate(
     folder: Path,
     observer: Observer,
 ) -> Results:
-    """Hold every case against every renderer and write the folder.
+    """Hold every case against every renderer and write the folder, report and all; see ``compare``."""
+    outcome = compare(cases, renderers, settings, folder, observer)
+    reports.render(folder)
+    return outcome
+
+
+def compare(
+    cases: Sequence[Case],
+    renderers: Sequence[str | Renderer],
+    settings: Settings,
+    folder: Path,
+    observer: Observer,
+) -> Results:
+    """Hold every case against every renderer and write ``results.json`` and the images.
 
     Renderers are names, or objects of this process; see ``comparisons.in_process``.
 
@@ -63,9 +76,7 @@ def validate(
     for comparison in campaign.run(cases, renderers, settings, folder, observer):
         comparisons.append(comparison)
         write()  # after each, so that a run that is cut short keeps what it has found
-    outcome = write()
-    reports.render(folder)
-    return outcome
+    return write()
 
 
 def prepare(folder: Path) -> None:

@@ -14,11 +14,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from comparisons.results import Results
-from reports import difference, quantities, sections, wording
+from reports import REPORT_FILE, difference, quantities, sections, wording
 from reports.plain import plain
 from reports.sections import Section
-
-REPORT_FILE = "report.html"
 
 _SYMBOLS = {"pass": "✓", "fail": "✗", "inconclusive": "?", "known": "≈", "unsupported": "–", "error": "!"}
 

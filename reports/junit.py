@@ -20,10 +20,8 @@ from typing import Any
 from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
 from comparisons.results import BounceResult, Comparison, Results
-from reports import wording
+from reports import JUNIT_FILE, wording
 from reports.plain import plain
-
-JUNIT_FILE = "junit.xml"
 
 
 def write(results: Results, folder: Path) -> Path:

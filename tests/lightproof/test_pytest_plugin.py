@@ -18,7 +18,7 @@ from lightproof.pytest_host import folder_names
 
 # the latter: an installation in place that is older than the entry point
 PLUGIN = "lightproof" if entry_points(group="pytest11", name="lightproof") else "lightproof.pytest_plugin"
-PYTEST = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", PLUGIN]
+PYTEST = [sys.executable, "-m", "pytest", "-p", PLUGIN]
 ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
 
 
@@ -219,14 +219,18 @@ def dim():
         images = box.answer.truth(scene, bounces).mean.copy()
         images[2:] *= 0.97
         return images
-    return replace(box, name="dim", answer=Formula(evaluate, "wrong on purpose"), bounces=3)
+    return replace(box, name="dim", answer=Formula(evaluate, "wrong on purpose"), bounces=2)
+
+def sphere():
+    """The case of that name, of whose bounce 1 in Mitsuba a deviation is declared, without the later ones."""
+    return replace(library.case("furnace-sphere"), bounces=1)
 '''
 
 
 @pytest.fixture(scope="module")
 def cases(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Mitsuba on two workers: a declared deviation, a light that it lacks, an answer that is wrong."""
-    names = ["furnace-sphere", "harmonics-on-sphere", "own.py:dim"]
+    names = ["own.py:sphere", "harmonics-on-sphere", "own.py:dim"]
     return run(
         tmp_path_factory.mktemp("cases"),
         "--lightproof-renderer=mitsuba",
@@ -306,15 +310,16 @@ def test_what_is_collected(
     assert [line for line in found.text.splitlines() if "::" in line] == expected
 
 
-def test_x_stops_at_the_first_that_fails(tmp_path: Path) -> None:
-    """Each bounce takes a moment to come within 1 %; the answer is wrong by 3 %."""
+def test_x_stops_at_the_first_that_fails_and_lf_takes_it_up(tmp_path: Path) -> None:
+    """The answer is wrong by 3 %, and 1 % is soon seen."""
     tolerances = ["--lightproof-tolerance=1%", "--lightproof-tile-tolerance=20%", "--lightproof-size=8x8"]
     renderers = ["--lightproof-renderer=reference:nee", "--lightproof-renderer=reference"]
-    found = run(
-        tmp_path, *renderers, "--lightproof-case=own.py:dim", *tolerances, "-x", files={"own.py": OWN_CASE}
-    )
+    asked = [*renderers, "--lightproof-case=own.py:dim"]
+    found = run(tmp_path, *asked, *tolerances, "-x", files={"own.py": OWN_CASE})
     assert "collected 2 items" in found.text
     assert re.search(r"^=+ 1 failed in ", found.text, re.MULTILINE)
+    again = run(tmp_path, *asked, "--lf", "--collect-only", "-q")
+    assert again.text.startswith("lightproof::dim[reference:nee]\n\n1/2 tests collected")
 
 
 @pytest.mark.parametrize(
