@@ -34,6 +34,7 @@ def trace(scene, bounces, spp, seed):
 @pytest.mark.parametrize(("factor", "outcome"), [("1.00", "3 passed"), ("1.04", "3 failed")])
 def test_the_files_of_the_page_are_a_test_suite(tmp_path: Path, factor: str, outcome: str) -> None:
     assert list(FILES) == ["my_renderer.py", "test_light_transport.py"]
+    assert PAGE.count("```python") == len(FILES)
     for name, text in FILES.items():
         (tmp_path / name).write_text(text)
     (tmp_path / "trace.py").write_text(TRACE.format(factor=factor))
