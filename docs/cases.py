@@ -84,7 +84,7 @@ def _paragraphs(text: str) -> str:
 
 
 def _words(family: ModuleType) -> str:
-    return family.__name__.rpartition(".")[2].replace("_", " ").capitalize()
+    return family.__name__.rpartition(".")[2].replace("_", " ").capitalize().replace("Cie", "CIE")
 
 
 def index() -> str:

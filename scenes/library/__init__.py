@@ -8,6 +8,7 @@ from types import MappingProxyType
 from scenes.case import Case
 from scenes.library import (
     around_the_corner,
+    cie_171,
     cornell_box,
     direct_light,
     direct_light_of_lights,
@@ -32,6 +33,7 @@ FAMILIES = (
     direct_light,
     direct_light_of_lights,
     rectangles,
+    cie_171,
     mirrors,
     specular,
     glossy,

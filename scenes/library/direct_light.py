@@ -167,7 +167,7 @@ def direct_case(
     source: str,
     *,
     family: str = "direct_light",
-    sensor: Pinhole | None = None,
+    sensor: Pinhole | Orthographic | None = None,
     lights: tuple[Light, ...] = (),
     evaluate: Callable[[Scene, int], Images] = direct_light,
     blind_to: str = _CONVEX,
