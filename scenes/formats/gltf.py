@@ -217,7 +217,7 @@ def _material(surface: Surface) -> Json:
     base = {"baseColorFactor": [*albedo, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
     extensions: Json = {_SPECULAR: {"specularFactor": 0.0}}
     emissive: Json = {}
-    if surface.emission is not None:
+    if surface.emission is not None and surface.emits:
         emissive = _emissive(surface, surface.emission, extensions)
     return {
         "name": surface.name,
