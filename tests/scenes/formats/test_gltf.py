@@ -283,4 +283,6 @@ def test_a_two_sided_lamp_is_lit_from_behind_too() -> None:
     reader = Reader(one(WALL, GREY, BEHIND, two_sided=True, emission=AreaLight((0.0, 0.0, 0.0))))
     [node] = reader.nodes("mesh")
     assert reader.material(node)["doubleSided"]
-    assert "emissiveFactor" not in reader.material(node), "a strength of nothing is what the validator warns of"
+    assert "emissiveFactor" not in reader.material(node), (
+        "a strength of nothing is what the validator warns of"
+    )
