@@ -23,18 +23,16 @@ from comparisons.renderers.process import RendererProcess
 from comparisons.results import RESULTS_FILE, ResultsError
 from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
 from comparisons.truth import truth_of
-from lightproof import options, terminal
+from lightproof import exports, options, terminal
 from lightproof.cases import CaseError, announced, from_entry_point
 from lightproof.choice import check_size, one_case, several_cases, subject
 from lightproof.parameters import percent, size
 from lightproof.validate import exit_status
 from lightproof.validate import validate as run_validation
 from scenes import Case, Scene, SceneError, UnknownNameError, library
-from scenes.channels import single_channel
 from scenes.features import features
 from scenes.formats import exr
 from scenes.formats.export import UnsupportedFeatureError
-from scenes.formats.exporters import EXPORTERS, SUFFIXES
 
 app = typer.Typer(
     name="lightproof",
@@ -187,7 +185,7 @@ def answer(
 def export(
     case: options.Subject = None,
     own: options.Own = None,
-    format: options.Format = "json",
+    format: options.Format = None,
     size_text: options.Size = None,
     channel: options.Channel = None,
     out: options.ExportFile = None,
@@ -197,10 +195,12 @@ def export(
     Example: lightproof export cornell-box --format mitsuba-xml --out box.xml
     """
     chosen = subject(case, own)
-    scene = _channel(_resized(chosen.scene, size_text), channel)
-    path = _in_a_folder(out or Path(f"{chosen.name}{SUFFIXES[format]}"))
+    scene = exports.one_channel(_resized(chosen.scene, size_text), channel)
+    format_name, path = exports.format_and_file(chosen.name, format, out)
     try:
-        written = EXPORTERS[format](scene, path.stem).write(path)
+        made = exports.made(chosen, scene, channel, format_name, _in_a_folder(path))
+        exports.refuse_to_overwrite(made, path)
+        written = made.write(path)
     except UnsupportedFeatureError as error:
         _stop(str(error), 5)
     except OSError as error:
@@ -302,18 +302,6 @@ def _resized(scene: Scene, size_text: str | None) -> Scene:
         raise typer.BadParameter(str(error), param_hint="--size") from None
 
 
-def _channel(scene: Scene, channel: int | None) -> Scene:
-    if channel is None:
-        return scene
-    if channel >= scene.channels:
-        message = f"{channel}: the scene has the channels 0 to {scene.channels - 1}"
-        raise typer.BadParameter(message, param_hint="--channel")
-    try:
-        return single_channel(scene, channel)
-    except SceneError:
-        raise typer.BadParameter(f"{channel}: nothing emits in it", param_hint="--channel") from None
-
-
 def _exr(path: Path) -> Path:
     if path.suffix != ".exr":
         raise typer.BadParameter(f"{path}: expected a name that ends in .exr", param_hint="--out")
@@ -322,7 +310,9 @@ def _exr(path: Path) -> Path:
 
 def _in_a_folder(path: Path) -> Path:
     if not path.resolve().parent.is_dir():
-        raise typer.BadParameter(f"{path}: there is no folder {path.parent}", param_hint="--out")
+        raise typer.BadParameter(
+            f"{path}: there is no folder {path.parent}; make it first", param_hint="--out"
+        )
     return path
 
 
