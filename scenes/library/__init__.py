@@ -8,6 +8,7 @@ from types import MappingProxyType
 from scenes.case import Case
 from scenes.library import (
     around_the_corner,
+    constant_radiance,
     cornell_box,
     direct_light,
     direct_light_of_lights,
@@ -28,6 +29,7 @@ FAMILIES = (
     furnace,
     integrating_sphere,
     interreflection,
+    constant_radiance,
     point_in_sphere,
     direct_light,
     direct_light_of_lights,
