@@ -12,6 +12,8 @@ from scenes.validation import SceneError
 Part = TypeVar("Part", bound=msgspec.Struct)
 
 _PER_CHANNEL = ("albedo", "even", "odd", "reflectance", "eta", "k", "radiance", "intensity", "irradiance")
+_ROWS = ("coefficients", "angular_profile")
+"""Lists with a number per channel in each item."""
 
 
 def channel_fields(part: msgspec.Struct, place: str) -> Iterator[tuple[str, object, int]]:
@@ -22,7 +24,7 @@ def channel_fields(part: msgspec.Struct, place: str) -> Iterator[tuple[str, obje
             yield from channel_fields(value, where)
         elif field in _PER_CHANNEL:
             yield where, value, len(value)
-        elif field == "coefficients":
+        elif field in _ROWS and value is not None:
             yield f"{where}[0]", value[0], len(value[0])
         elif field == "pixels":
             yield f"{where}[0][0]", value[0][0], len(value[0][0])
@@ -63,7 +65,9 @@ def single_channel(part: Part, channel: int) -> Part:
             changes[field] = tuple(single_channel(item, channel) for item in value)
         elif field in _PER_CHANNEL:
             changes[field] = (value[channel],)
-        elif field == "coefficients":
+        elif field == "angular_profile" and value is not None and not any(row[channel] for row in value):
+            changes |= {field: None, "radiance": (0.0,)}  # black at every angle: no profile says that
+        elif field in _ROWS and value is not None:
             changes[field] = tuple((row[channel],) for row in value)
         elif field == "pixels":
             changes[field] = tuple(tuple((pixel[channel],) for pixel in row) for row in value)

@@ -314,6 +314,8 @@ def _bitmap(mi: Any, pixels: Array, interpolation: str) -> Dict:
 
 
 def _radiance(mi: Any, light: AreaLight) -> Dict:
+    if light.angular_profile is not None:
+        raise Unsupported("an angular profile of emission: Mitsuba's area light is diffuse")
     if light.polar_range is None:
         return _rgb(light.radiance)
     zone = light.polar_range

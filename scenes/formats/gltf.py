@@ -230,6 +230,8 @@ def _material(surface: Surface) -> Json:
 def _emissive(surface: Surface, light: AreaLight, extensions: Json) -> Json:
     if light.polar_range is not None:
         raise _unsupported(f"{surface.name} emits from a zone: glTF has triangles only")
+    if light.angular_profile is not None:
+        raise _unsupported(f"{surface.name} has an angular profile: what glTF's materials emit is diffuse")
     factor, strength = _split(export.rgb(light.radiance))
     extensions[_STRENGTH] = {"emissiveStrength": strength}
     return {"emissiveFactor": factor}

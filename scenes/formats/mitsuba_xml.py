@@ -189,6 +189,8 @@ class _Writer:
         parent = _plugin(shape, "bsdf", "twosided") if surface.two_sided else shape
         self._bsdf(parent, surface.material, surface.shape)
         if surface.emission is not None:
+            if surface.emission.angular_profile is not None:
+                raise _unsupported(f"{surface.name} has an angular profile: Mitsuba's area light is diffuse")
             if surface.two_sided and surface.emits:
                 raise _unsupported(f"{surface.name} emits from both sides: Mitsuba's area light has one")
             self._emission(_plugin(shape, "emitter", "area"), surface.emission)

@@ -315,6 +315,8 @@ def _roughness(material: Dielectric | RoughDielectric | Conductor | RoughConduct
 def _area_light(surface: Surface, light: AreaLight) -> str:
     if light.polar_range is not None:
         raise _unsupported(f"{surface.name} emits from a zone: pbrt's area light is a whole shape")
+    if light.angular_profile is not None:
+        raise _unsupported(f"{surface.name} has an angular profile: pbrt's area light is diffuse")
     radiance = _rgb("L", light.radiance)
     return f"AreaLightSource {_plugin('diffuse')} {radiance} {_bool('twosided', surface.two_sided)}"
 

@@ -9,6 +9,7 @@ from scenes.case import Case
 from scenes.library import (
     around_the_corner,
     cie_171,
+    constant_radiance,
     cornell_box,
     direct_light,
     direct_light_of_lights,
@@ -29,6 +30,7 @@ FAMILIES = (
     furnace,
     integrating_sphere,
     interreflection,
+    constant_radiance,
     point_in_sphere,
     direct_light,
     direct_light_of_lights,

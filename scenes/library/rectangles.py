@@ -79,7 +79,7 @@ def _facing_lamp(scene: Scene, bounces: int) -> Images:
     images = np.zeros((bounces + 1, *scene.shape))
     if bounces:
         factor = exchange_per_pixel(scene.sensor, receiver.shape, lamp.shape)
-        images[1] = factor[..., None] * _albedo(receiver) * lamp.emission.radiance
+        images[1] = factor[..., None] * _albedo(receiver) * lamp.emission.diffuse_radiance
     return images
 
 

@@ -73,7 +73,7 @@ def _one(scene: Scene, kind: type[M]) -> tuple[Surface, M]:
 
 def _emission(scene: Scene) -> Array:
     """Radiance of the one surface that emits, ``(channels, 1)``."""
-    [radiance] = [s.emission.radiance for s in scene.surfaces if s.emission is not None]
+    [radiance] = [s.emission.diffuse_radiance for s in scene.surfaces if s.emission is not None]
     return np.array(radiance)[:, None]
 
 

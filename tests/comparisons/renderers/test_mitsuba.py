@@ -271,6 +271,7 @@ MISSING: dict[str, dict[str, Any]] = {
         "emission": TILTED,
     },
     "emission from both sides": {"emission": AreaLight((1.0, 2.0, 4.0)), "two_sided": True},
+    "angular profile": {"emission": AreaLight((1.0, 2.0, 4.0), None, ((1, 1, 1), (2, 2, 2)))},
     "correlated shadowing": {"material": RoughConductor(*METAL, 0.1)},
     "a correlated shadowing|correlated": {"material": Blend(GREY, RoughDielectric(0.1), 0.5)},
     "spherical_harmonics light": {"lights": (SphericalHarmonicsEnvironment(((1.0, 1.0, 1.0),)),)},

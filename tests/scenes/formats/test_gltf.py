@@ -263,6 +263,7 @@ BEHIND = PointLight((0.0, 5.0, 0.0), (1.0, 1.0, 1.0))
         ("the back of it may be seen", one(WALL, GREY, BEHIND)),
         ("it is a sphere", one(Sphere((0, 0, 0), 1))),
         ("it is an ellipsoid", one(Ellipsoid((0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 1)))),
+        ("angular profile", one(WALL, emission=AreaLight((1, 1, 1), None, ((1, 1, 1), (2, 2, 2))))),
         ("dielectric material", one(WALL, Dielectric(1.5))),
         ("checkerboard texture", one(WALL, Lambertian(Checkerboard((0.5,) * 3, (0.1,) * 3)))),
         ("spot light", one(WALL, GREY, SpotLight((0, -1, 0), (0, 1, 0), (1, 1, 1), 20, 20))),

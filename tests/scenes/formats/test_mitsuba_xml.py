@@ -149,6 +149,9 @@ BEYOND_MITSUBA = (
     "cornell-box-spectral",
     "furnace-equal-energy",
     "furnace-d65",
+    "constant-radiance-mirror",
+    "constant-radiance-rough",
+    "constant-radiance-blend",
 )
 WITHIN = {name: scene for name, scene in LIBRARY.items() if name not in BEYOND_MITSUBA}
 
@@ -354,6 +357,7 @@ def test_parameters_of_the_file(tmp_path: Path, mitsuba: MitsubaRenderer) -> Non
         ("ellipse", one(Disk((0, 0, 0), (1, 0, 0), (0, 2, 0)))),
         ("polar", one(Disk((0, 0, 0), (1, 0, 0), (0, 1, 0)), Lambertian(TEXTURES["nearest"]))),
         ("both sides", one(WALL, GREY, emission=AreaLight((1, 1, 1)), two_sided=True)),
+        ("angular profile", one(WALL, emission=AreaLight((1, 1, 1), None, ((1, 1, 1), (2, 2, 2))))),
         ("correlated shadowing", one(WALL, RoughConductor(**METAL, alpha=0.3))),
         (
             "spherical harmonics light: Mitsuba has none",

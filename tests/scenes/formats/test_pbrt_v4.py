@@ -354,6 +354,7 @@ def test_backs() -> None:
         ("separable shadowing", one(WALL, RoughConductor(**METAL, alpha=0.3, shadowing="separable"))),
         ("checkerboard texture", one(WALL, Lambertian(Checkerboard((0.5,) * 3, (0.1,) * 3)))),
         ("emits from a zone", one(Sphere((0, 0, 0), 1), emission=AreaLight((1, 1, 1), PolarRange(0, 90)))),
+        ("angular profile", one(WALL, emission=AreaLight((1, 1, 1), None, ((1, 1, 1), (2, 2, 2))))),
         ("ellipsoid that emits", one(EGG, emission=AreaLight((1, 1, 1)))),
         ("ellipse that emits", one(Disk((0, 0, 0), (1, 0, 0), (0, 0, 2)), emission=AreaLight((1, 1, 1)))),
         (
