@@ -2,16 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
 import msgspec
+import numpy as np
 
 from scenes.validation import SceneError
 
 Part = TypeVar("Part", bound=msgspec.Struct)
 
 _PER_CHANNEL = ("albedo", "even", "odd", "reflectance", "eta", "k", "radiance", "intensity", "irradiance")
+
+
+def channel_names(channels: int, wavelengths: Sequence[float] | None = None) -> list[str]:
+    """What channels are called: ``404 nm, …`` by wavelength, else ``R, G, B``, ``Y`` of one, or ``C0, C1, …``."""
+    if wavelengths is not None:
+        return [f"{w:.9g} nm" for w in wavelengths]
+    return {1: ["Y"], 3: ["R", "G", "B"]}.get(channels) or [f"C{i}" for i in range(channels)]
+
+
+def check_wavelengths(wavelengths: Sequence[float], channels: int) -> None:
+    """Refuse wavelengths that are no sampling of a spectrum, or not those of the channels.
+
+    Raises:
+        ValueError: the steps are not equal, or there are not as many wavelengths as channels.
+    """
+    steps = np.diff(wavelengths)
+    if not len(steps) or not (steps > 0).all() or np.ptp(steps) > 1e-9 * steps[0]:
+        raise ValueError(f"wavelengths {list(wavelengths)}: expected two or more, ascending in equal steps")
+    if channels != len(wavelengths):
+        raise ValueError(f"{channels} channels, expected one per wavelength: {len(wavelengths)}")
 
 
 def channel_fields(part: msgspec.Struct, place: str) -> Iterator[tuple[str, object, int]]:

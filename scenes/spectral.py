@@ -14,6 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.channels import check_wavelengths
+
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # colour-science warns that Matplotlib is absent; only its plots need it
     import colour
@@ -34,18 +36,25 @@ def to_xyz(radiance: Array, wavelengths: Sequence[float]) -> Array:
     Raises:
         ValueError: the steps are not equal, or there are not as many wavelengths as channels.
     """
+    check_wavelengths(wavelengths, radiance.shape[-1])
     shape = _shape(wavelengths)
-    if radiance.shape[-1] != len(wavelengths):
-        raise ValueError(f"{radiance.shape[-1]} channels, expected one per wavelength: {len(wavelengths)}")
     cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
     xyz: Array = colour.msds_to_XYZ(radiance, cmfs=cmfs, method="Integration", shape=shape) / 100
     return xyz
 
 
 def to_rgb(xyz: Array) -> Array:
-    """Linear sRGB of CIE XYZ, ``(…, 3)`` → ``(…, 3)``; not clamped, and negative outside sRGB's gamut."""
+    """Linear sRGB of CIE XYZ, ``(…, 3)`` → ``(…, 3)``; not clamped, and negative outside sRGB's gamut.
+
+    The colour is kept as it is, not adapted to a white: that of D65 is grey, equal energy is a little reddish.
+    """
     rgb: Array = colour.XYZ_to_RGB(xyz, "sRGB", illuminant=None, apply_cctf_encoding=False)
     return rgb
+
+
+def linear_srgb(radiance: Array, wavelengths: Sequence[float]) -> Array:
+    """Radiance as a picture shows it, ``(…, wavelengths)`` → ``(…, 3)``: ``to_rgb(to_xyz(radiance, …))``."""
+    return to_rgb(to_xyz(radiance, wavelengths))
 
 
 def chromaticity(xyz: Array) -> Array:
@@ -67,7 +76,5 @@ def illuminant(name: str, wavelengths: Sequence[float]) -> Array:
 
 
 def _shape(wavelengths: Sequence[float]) -> colour.SpectralShape:
-    steps = np.diff(wavelengths)
-    if not len(steps) or not (steps > 0).all() or np.ptp(steps) > 1e-9 * steps[0]:
-        raise ValueError(f"wavelengths {list(wavelengths)}: expected two or more, ascending in equal steps")
-    return colour.SpectralShape(wavelengths[0], wavelengths[-1], float(steps[0]))
+    check_wavelengths(wavelengths, len(wavelengths))
+    return colour.SpectralShape(wavelengths[0], wavelengths[-1], wavelengths[1] - wavelengths[0])
