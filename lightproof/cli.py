@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn
 
 import typer
-from rich.table import Table
 
 import reports
 from comparisons import known as known_deviations
@@ -222,12 +221,9 @@ def list_(
     if as_json:
         typer.echo(json.dumps(rows, indent=2, ensure_ascii=False))
         return
-    table = Table(box=None, pad_edge=False)
-    for heading in rows[0]:
-        table.add_column(heading, no_wrap=heading == "name")
-    for row in rows:
-        table.add_row(*(_text(value) for value in row.values()))
-    terminal.console().print(table)
+    terminal.show_rows(
+        terminal.console(), [{key: _text(value) for key, value in row.items()} for row in rows]
+    )
 
 
 @app.command()
@@ -301,7 +297,7 @@ def _renderers() -> list[dict[str, Any]]:
 def _text(value: object) -> str:
     if isinstance(value, list):
         return ", ".join(value)
-    return "–" if value is None else str(value)
+    return "" if value is None else str(value)
 
 
 def _resized(scene: Scene, size_text: str | None) -> Scene:

@@ -39,7 +39,7 @@ class Picture:
     """The end of the difference map, ``3.1 %``; empty for radiance."""
     marker: Marker | None = None
     chromaticity: str = ""
-    """Of the mean of a spectral image, ``x 0.3333, y 0.3333``; empty for all others."""
+    """Of the mean of a spectral image, ``x 0.333, y 0.333``; empty for all others."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def _chromaticities(xy: exposure.Image | None, count: int) -> list[str]:
     """The chromaticity of each of the images; empty where it is unknown, or there is no light to have one."""
     if xy is None:
         return [""] * count
-    return [f"x {x:.4f}, y {y:.4f}" if np.isfinite(x) else "" for x, y in xy]
+    return [f"x {x:.3f}, y {y:.3f}" if np.isfinite(x) else "" for x, y in xy]
 
 
 def _significance(images: BounceImages) -> list[Picture]:

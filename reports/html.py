@@ -24,7 +24,14 @@ FEW = 6
 """Up to so many comparisons all sections are open, and the table of verdicts is index enough."""
 
 _SYMBOLS = {"pass": "✓", "fail": "✗", "inconclusive": "?", "known": "≈", "unsupported": "–", "error": "!"}
-_INDEX = ("fail", "error", "inconclusive", "known", "unsupported", "pass")  # who looks for something, looks for these
+_INDEX = (
+    "fail",
+    "error",
+    "inconclusive",
+    "known",
+    "unsupported",
+    "pass",
+)  # who looks for something, looks for these
 
 
 def write(results: Results, folder: Path) -> Path:

@@ -34,7 +34,7 @@ class BounceImages:
     """Of the channels, nm; None where they are R, G, B, or just numbers."""
 
     def shown(self, radiance: exr.Images) -> exr.Images:
-        """Radiance as a picture shows it, ``(…, channels)``: linear sRGB if the channels are wavelengths, else as is."""
+        """Radiance as a picture shows it, ``(…, channels)``: wavelengths in linear sRGB, others as they are."""
         return radiance if self.wavelengths is None else linear_srgb(radiance, self.wavelengths)
 
     def chromaticity(self, radiance: exr.Images) -> exr.Images | None:

@@ -159,8 +159,8 @@ class Case:
         derivation: why the answer is what it is.
         blind_to: what the case can't reveal.
         tiles: rows and columns of the grid of tiles.
-        wavelengths: of each channel, nm, ascending in equal steps; None where channels are red, green and blue, or
-            just numbers.
+        wavelengths: of each channel, nm, ascending in equal steps within 360 to 830; None where channels are red,
+            green and blue, or just numbers.
 
     Raises:
         ValueError: the wavelengths are not those of the scene's channels.

@@ -13,6 +13,7 @@ from scenes.validation import SceneError
 Part = TypeVar("Part", bound=msgspec.Struct)
 
 _PER_CHANNEL = ("albedo", "even", "odd", "reflectance", "eta", "k", "radiance", "intensity", "irradiance")
+_VISIBLE = (360, 830)  # nm: where the observer's matching functions are tabulated
 
 
 def channel_names(channels: int, wavelengths: Sequence[float] | None = None) -> list[str]:
@@ -23,14 +24,16 @@ def channel_names(channels: int, wavelengths: Sequence[float] | None = None) -> 
 
 
 def check_wavelengths(wavelengths: Sequence[float], channels: int) -> None:
-    """Refuse wavelengths that are no sampling of a spectrum, or not those of the channels.
+    """Refuse wavelengths that are no sampling of what the CIE's observer of 1931 sees, or not those of the channels.
 
     Raises:
-        ValueError: the steps are not equal, or there are not as many wavelengths as channels.
+        ValueError: they are not within 360 to 830 nm, not in equal steps, or not as many as channels.
     """
-    steps = np.diff(wavelengths)
+    steps, found = np.diff(wavelengths), f"wavelengths {list(wavelengths)}"
     if not len(steps) or not (steps > 0).all() or np.ptp(steps) > 1e-9 * steps[0]:
-        raise ValueError(f"wavelengths {list(wavelengths)}: expected two or more, ascending in equal steps")
+        raise ValueError(f"{found}: expected two or more, ascending in equal steps")
+    if wavelengths[0] < _VISIBLE[0] or wavelengths[-1] > _VISIBLE[1]:
+        raise ValueError(f"{found}: expected nanometres from {_VISIBLE[0]} to {_VISIBLE[1]}")
     if channels != len(wavelengths):
         raise ValueError(f"{channels} channels, expected one per wavelength: {len(wavelengths)}")
 

@@ -1,4 +1,4 @@
-"""Radiance per wavelength → CIE XYZ → linear sRGB, by colour-science.
+"""Radiance per wavelength → CIE XYZ → linear sRGB, by the observers and colour spaces of colour-science.
 
     X = k Σ_i x̄(λ_i) L(λ_i) Δλ,    Y and Z likewise,    k = 1 / Σ_i ȳ(λ_i) Δλ
 
@@ -28,18 +28,19 @@ def to_xyz(radiance: Array, wavelengths: Sequence[float]) -> Array:
 
     Args:
         radiance: ``(…, wavelengths)``.
-        wavelengths: of the last axis, nm, ascending in equal steps.
+        wavelengths: of the last axis, nm, ascending in equal steps within 360 to 830.
 
     Returns:
         ``(…, 3)``.
 
     Raises:
-        ValueError: the steps are not equal, or there are not as many wavelengths as channels.
+        ValueError: the wavelengths are not such, or not as many as channels.
     """
     check_wavelengths(wavelengths, radiance.shape[-1])
-    shape = _shape(wavelengths)
-    cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
-    xyz: Array = colour.msds_to_XYZ(radiance, cmfs=cmfs, method="Integration", shape=shape) / 100
+    table = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]  # from 360 to 830 nm, in steps of 1
+    sampled = [np.interp(wavelengths, table.wavelengths, column) for column in table.values.T]
+    matching = np.stack(sampled, axis=-1)
+    xyz: Array = radiance @ matching / matching[:, 1].sum()
     return xyz
 
 
@@ -54,7 +55,8 @@ def to_rgb(xyz: Array) -> Array:
 
 def linear_srgb(radiance: Array, wavelengths: Sequence[float]) -> Array:
     """Radiance as a picture shows it, ``(…, wavelengths)`` → ``(…, 3)``: ``to_rgb(to_xyz(radiance, …))``."""
-    return to_rgb(to_xyz(radiance, wavelengths))
+    with np.errstate(invalid="ignore"):  # what is not finite stays so
+        return to_rgb(to_xyz(radiance, wavelengths))
 
 
 def chromaticity(xyz: Array) -> Array:
@@ -71,10 +73,7 @@ def illuminant(name: str, wavelengths: Sequence[float]) -> Array:
         name: ``E``, ``D65``, ….
         wavelengths: nm, ascending in equal steps.
     """
-    values: Array = colour.SDS_ILLUMINANTS[name].copy().align(_shape(wavelengths)).values / 100
-    return values
-
-
-def _shape(wavelengths: Sequence[float]) -> colour.SpectralShape:
     check_wavelengths(wavelengths, len(wavelengths))
-    return colour.SpectralShape(wavelengths[0], wavelengths[-1], wavelengths[1] - wavelengths[0])
+    shape = colour.SpectralShape(wavelengths[0], wavelengths[-1], wavelengths[1] - wavelengths[0])
+    values: Array = colour.SDS_ILLUMINANTS[name].copy().align(shape).values / 100
+    return values

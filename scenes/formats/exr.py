@@ -43,7 +43,7 @@ def write_bounces(
         mean: radiance, ``(bounces + 1, height, width, channels)``.
         stderr: its standard error, of the same shape; left out where there is none.
         attributes: texts for the header of the file.
-        wavelengths: of the channels, nm, in equal steps; None where they are R, G, B, or just numbers.
+        wavelengths: of the channels, nm, as in ``Case.wavelengths``; None where they are R, G, B, or just numbers.
 
     Raises:
         ImageError: the file can't be written.
@@ -109,7 +109,7 @@ def read_wavelengths(path: Path) -> tuple[float, ...] | None:
     """The wavelengths of the channels of ``read_bounces``, nm; None where the file has others.
 
     Raises:
-        ImageError: no such file, or no EXR; or the wavelengths are not in equal steps.
+        ImageError: no such file, or no EXR; or the wavelengths are not such as a case can have.
     """
     source = _opened(path)
     found = tuple(_wavelengths(source.spec().channelnames, "bounce0"))
@@ -155,7 +155,7 @@ def _wavelengths(names: Sequence[str], layer: str) -> dict[float, str]:
 
 
 def _layer(values: Images, names: Sequence[str], layer: str) -> Images:
-    """The channels of one layer, ``(height, width, channels)``, by wavelength, or in the order R, G, B or C0, C1, …."""
+    """The channels of one layer, ``(height, width, channels)``, by wavelength, or as ``channel_names`` has them."""
     if spectral := _wavelengths(names, layer):
         return values[..., [names.index(name) for name in spectral.values()]]
     found = {name.rpartition(".")[2]: i for i, name in enumerate(names) if name.rpartition(".")[0] == layer}
