@@ -224,7 +224,7 @@ def test_where_nothing_was_compared_there_is_no_bounce_to_show() -> None:
     comparison = SimpleNamespace(case="furnace-box", renderer="mitsuba", verdict="unsupported", bounces=[])
     outcome: Any = SimpleNamespace(comparisons=[comparison])
     show_verdicts(out, outcome)
-    assert out.file.getvalue().split() == "furnace-box × mitsuba: unsupported Nothing was compared.".split()
+    assert flat(out.file.getvalue()) == "furnace-box × mitsuba: unsupported Nothing was compared."
 
 
 @pytest.mark.parametrize("width", [60, 80, 120, 200])
