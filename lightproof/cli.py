@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn
 
 import typer
-from rich.table import Table
 
 import reports
 from comparisons import known as known_deviations
@@ -139,14 +138,15 @@ def render(
         with status, RendererProcess(name) as process:
             image = process.render(scene, range(last + 1), spp, seed, timeout=RENDER_TIMEOUT)
             made = f"{chosen.name}, {name} {process.version}, {spp} spp, seed {seed}"
-        exr.write_bounces(path, image, attributes={"lightproof:source": made})
+        header = {"lightproof:source": made}
+        exr.write_bounces(path, image, attributes=header, wavelengths=chosen.wavelengths)
     except KeyboardInterrupt:
         _stop("interrupted; nothing was written", 130)
     except RendererError as error:
         _stop(str(error), 3, error.log)
     except exr.ImageError as error:
         raise typer.BadParameter(str(error), param_hint="--out") from None
-    console.print(f"{path}: layers bounce0 to bounce{last}", soft_wrap=True)
+    console.print(f"{path}: layers bounce0 to bounce{last}{_of(chosen.wavelengths)}", soft_wrap=True)
 
 
 @app.command()
@@ -171,14 +171,16 @@ def answer(
         with console.status(f"{chosen.name}: bounces 0 to {last}"), Crew(jobs or os.cpu_count() or 1) as crew:
             truth = truth_of(asked, crew)
         stderr = truth.stderr if truth.stderr.any() else None
-        exr.write_bounces(path, truth.mean, stderr, {"lightproof:source": truth.source})
+        header = {"lightproof:source": truth.source}
+        exr.write_bounces(path, truth.mean, stderr, header, chosen.wavelengths)
     except KeyboardInterrupt:
         _stop("interrupted; nothing was written", 130)
     except RendererError as error:
         _stop(f"there is no truth: {error}", 3, error.log)
     except exr.ImageError as error:
         raise typer.BadParameter(str(error), param_hint="--out") from None
-    console.print(f"{path}: layers bounce0 to bounce{last}, {chosen.answer.kind}", soft_wrap=True)
+    layers = f"layers bounce0 to bounce{last}{_of(chosen.wavelengths)}"
+    console.print(f"{path}: {layers}, {chosen.answer.kind}", soft_wrap=True)
 
 
 @app.command()
@@ -219,12 +221,9 @@ def list_(
     if as_json:
         typer.echo(json.dumps(rows, indent=2, ensure_ascii=False))
         return
-    table = Table(box=None, pad_edge=False)
-    for heading in rows[0]:
-        table.add_column(heading, no_wrap=heading == "name")
-    for row in rows:
-        table.add_row(*(_text(value) for value in row.values()))
-    terminal.console().print(table)
+    terminal.show_rows(
+        terminal.console(), [{key: _text(value) for key, value in row.items()} for row in rows]
+    )
 
 
 @app.command()
@@ -238,6 +237,13 @@ def report(
         _stop(str(error), 2)
     for path in written:
         typer.echo(path)
+
+
+def _of(wavelengths: tuple[float, ...] | None) -> str:
+    if wavelengths is None:
+        return ""
+    ends = f"{wavelengths[0]:g} to {wavelengths[-1]:g} nm"
+    return f", each of {len(wavelengths)} wavelengths from {ends} and a picture in linear sRGB"
 
 
 def _prepare(out: Path) -> None:
@@ -291,7 +297,7 @@ def _renderers() -> list[dict[str, Any]]:
 def _text(value: object) -> str:
     if isinstance(value, list):
         return ", ".join(value)
-    return "–" if value is None else str(value)
+    return "" if value is None else str(value)
 
 
 def _resized(scene: Scene, size_text: str | None) -> Scene:

@@ -119,7 +119,7 @@ def _panel(scene: Scene, bounces: int) -> Images:
     *_, lamp = scene.surfaces
     assert isinstance(lamp.shape, Quad)
     assert lamp.emission is not None
-    return _first_bounce(scene, bounces, _by_lamp(lamp.shape, lamp.emission.radiance))
+    return _first_bounce(scene, bounces, _by_lamp(lamp.shape, lamp.emission.diffuse_radiance))
 
 
 def _opening(scene: Scene, bounces: int) -> Images:

@@ -235,6 +235,25 @@ def test_the_answer_is_the_truth(tmp_path: Path) -> None:
     assert (exr.read_bounces(out)[1] > 0).any(), "an estimate comes with its standard error"
 
 
+def test_spectra_are_written_with_their_wavelengths(tmp_path: Path) -> None:
+    """And read again: as the answer of a scene of one's own they bring their wavelengths along."""
+    name, answer = "furnace-equal-energy", tmp_path / "answer.exr"
+    size = ("--size", "4x4", "--bounces", "1")
+    result = invoke("answer", name, *size, "--out", answer)
+    assert "each of 41 wavelengths from 380 to 780 nm and a picture in linear sRGB, exact" in flat(
+        result.output
+    )
+    found = library.case(name)
+    assert exr.read_wavelengths(answer) == found.wavelengths
+    image = tmp_path / "image.exr"
+    result = invoke("render", name, *size, "--spp", "1", "--out", image)
+    assert "each of 41 wavelengths" in flat(result.output)
+    assert exr.read_wavelengths(image) == found.wavelengths
+    assert (exr.read_bounces(image)[0][0] == 1).all()
+    (tmp_path / "own.json").write_bytes(found.scene.resized(4, 4).to_json())
+    assert cases.from_answer(tmp_path / "own.json", answer).wavelengths == found.wavelengths
+
+
 def test_export_refuses_what_a_format_lacks(tmp_path: Path) -> None:
     result = invoke("export", "furnace-sphere", "--format", "gltf", "--out", tmp_path / "x.gltf")
     assert result.exit_code == 5
