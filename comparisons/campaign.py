@@ -68,7 +68,7 @@ def _against_all(
     images.mkdir(parents=True, exist_ok=True)
     try:
         truth = truth_of(case, crew, lambda share: observer.progressed(share, "estimating the truth"))
-        exr.write_bounces(images / "truth.exr", truth.mean, truth.stderr)
+        exr.write_bounces(images / "truth.exr", truth.mean, truth.stderr, wavelengths=case.wavelengths)
     except (RendererError, exr.ImageError, OSError) as error:
         for name in names:
             comparison = failed(case, name, settings, RendererError(f"there is no truth: {error}"))

@@ -20,6 +20,7 @@ from comparisons.statistics.intervals import alpha_of_look, biases, denominators
 from comparisons.truth import ESTIMATOR, STAND_IN
 from comparisons.verdict import Measured, judge, overall
 from scenes import Case, Estimate, Truth
+from scenes.channels import channel_names
 from scenes.formats import exr
 
 
@@ -116,6 +117,7 @@ class Comparing:
         )
         return Measured(
             bounce=k,
+            channels=channel_names(self.case.scene.channels, self.case.wavelengths),
             biases=found,
             mean=replicates.mean,
             truth=truth,
@@ -147,7 +149,8 @@ class Comparing:
             renderer=(stem / f"{self.shown_name.replace(':', '-')}.exr").as_posix(),
         )
         made = f"{self.case.name}, {self.name} {version}, first seed {first_seed(self.settings.seed)}"
-        exr.write_bounces(folder / images.renderer, mean, stderr, {"lightproof:source": made})
+        header = {"lightproof:source": made}
+        exr.write_bounces(folder / images.renderer, mean, stderr, header, self.case.wavelengths)
         gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
         vanished = [f"Bounce {k}: the declared deviation has vanished; remove its entry." for k in gone]
         return Comparison(
@@ -203,7 +206,7 @@ def _about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
         "blind_to": case.blind_to,
         "width": width,
         "height": height,
-        "channels": exr.channel_names(channels),
+        "channels": channel_names(channels, case.wavelengths),
         "tiles": (regions.rows, regions.columns),
         "alpha": settings.alpha,
     }
@@ -226,9 +229,11 @@ def _undecided(bounces: list[BounceResult], budget: float) -> str:
     undecided = [b for b in bounces if b.verdict == "inconclusive"]
     if not undecided:
         return ""
-    image = [f"{b.detectable_bias:.2%} in bounce {b.bounce}" for b in undecided if b.decided_by == "image"]
+    image = [
+        f"{_percent(b.detectable_bias)} in bounce {b.bounce}" for b in undecided if b.decided_by == "image"
+    ]
     tiles = [
-        f"{b.worst_tile.detectable_bias:.2%} of a tile in bounce {b.bounce}"
+        f"{_percent(b.worst_tile.detectable_bias)} of a tile in bounce {b.bounce}"
         for b in undecided
         if b.decided_by == "tile"
     ]
@@ -236,3 +241,7 @@ def _undecided(bounces: list[BounceResult], budget: float) -> str:
     if (count := undecided[0].replicates) < MIN_REPLICATES:
         spent += f" after {count} replicates, and a verdict needs {MIN_REPLICATES}"
     return f"{spent}; a bias could have been detected from {', '.join(image + tiles)}"
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:,.{2 if value < 0.1 else 0}f} %"

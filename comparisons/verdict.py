@@ -8,7 +8,7 @@ known         not a pass, but each of these intervals lies inside ± tolerance o
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -29,7 +29,6 @@ from comparisons.results import (
 )
 from comparisons.statistics.intervals import Biases
 from scenes import Tolerance
-from scenes.formats.exr import channel_names
 
 Array = NDArray[np.float64]
 
@@ -40,6 +39,7 @@ class Measured:
 
     Attributes:
         bounce: which.
+        channels: their names.
         biases: with their intervals, of this look.
         mean, truth, denominator: means over regions and what biases are relative to, ``(regions, channels)``.
         look: which one this is, 1 for the first.
@@ -48,6 +48,7 @@ class Measured:
     """
 
     bounce: int
+    channels: Sequence[str]
     biases: Biases
     mean: Array
     truth: Array
@@ -107,10 +108,9 @@ def _declared(
 
     if not measured.enough:
         return "inconclusive", now("undecided")
-    names = channel_names(measured.mean.shape[1])
-    deviates = np.array([entry.channels is None or name in entry.channels for name in names])
-    within = np.where(deviates, _per_region(measured, entry.within, entry.tile_within), tolerances)
-    center = np.where(deviates, bias, 0.0)
+    named = [entry.channels is None or name in entry.channels for name in measured.channels]
+    within = np.where(named, _per_region(measured, entry.within, entry.tile_within), tolerances)
+    center = np.where(named, bias, 0.0)
     as_declared = _decide(measured.biases.inside(within, center), measured.biases.outside(within, center))
     if plain == "pass":
         # within a tolerance as loose as that, one can't tell a declared deviation from none
@@ -167,7 +167,7 @@ def _result(
 def _channel(measured: Measured, c: int, tolerance: float) -> ChannelResult:
     found = measured.biases
     return ChannelResult(
-        channel=channel_names(found.bias.shape[1])[c],
+        channel=measured.channels[c],
         truth_mean=float(measured.truth[0, c]),
         mean=float(measured.mean[0, c]),
         denominator=float(measured.denominator[0, c]),
@@ -184,7 +184,7 @@ def _tile(measured: Measured, region: int, c: int, regions: Regions, tolerances:
     found = measured.biases
     return TileResult(
         place=regions.place(region),
-        channel=channel_names(found.bias.shape[1])[c],
+        channel=measured.channels[c],
         bias=float(found.bias[region, c]),
         interval=_interval(found.bias[region, c], found.own[region, c]),
         simultaneous_interval=_interval(found.bias[region, c], found.simultaneous[region, c]),

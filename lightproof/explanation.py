@@ -14,6 +14,7 @@ from lightproof.terminal import show_verdicts
 from reports.plain import plain
 from reports.quantities import percent
 from reports.wording import finding
+from reports.wording import outcome as outcome_of
 
 _WIDTH = 100  # of the table: beside the margin that pytest draws
 _MARGIN = 1.25  # of forecasts: later looks are stricter, and many regions have to pass at once
@@ -52,7 +53,8 @@ def table(outcome: Results) -> str:
     out = Console(file=text, width=_WIDTH, highlight=False, no_color=True, force_terminal=False)
     show_verdicts(out, outcome)
     lines = [line.rstrip() for line in text.getvalue().splitlines()]
-    return "\n".join(line for line in lines if line)
+    of_run = outcome_of(outcome.comparisons)[1]  # of a single comparison: the headline says it
+    return "\n".join(line for line in lines if line not in ("", of_run))
 
 
 def needed(comparison: Comparison) -> str:

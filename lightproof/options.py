@@ -44,7 +44,8 @@ AnswerFile = Annotated[
     typer.Option("--answer", metavar="FILE.exr", help="The answer of --scene: layers bounce0, bounce1, …"),
 ]
 Format = Annotated[
-    Literal["json", "mitsuba-xml", "pbrt-v4", "gltf"], typer.Option("--format", help="What to write.")
+    Literal["json", "mitsuba-xml", "pbrt-v4", "gltf"] | None,
+    typer.Option("--format", help="What to write. Default: by the suffix of --out, else json."),
 ]
 Channel = Annotated[
     int | None, typer.Option(help="Only this channel, from 0, as a grey scene. Default: all.", min=0)

@@ -78,7 +78,9 @@ class MitsubaRenderer:
 
     def _load_scene(self, scene: Scene) -> Any:
         with TemporaryDirectory() as folder:  # meshes are read when the dictionary is loaded, and not again
-            return self._mi.load_dict(scene_dict(self._mi, scene, Path(folder)))
+            # optimised, shapes come in the order of their addresses in memory, and so do the emitters among which a
+            # random number chooses: the same seed would give another image each time
+            return self._mi.load_dict(scene_dict(self._mi, scene, Path(folder)), optimize=False)
 
 
 def _refuse_cancellation(bounces: Sequence[int], terms: Array, sums: Array) -> None:

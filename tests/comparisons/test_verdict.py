@@ -48,6 +48,7 @@ def judged(b: np.ndarray, half: float, known: Deviation | None, enough: bool = T
     biases = Biases(bias=b, error=full(half / 4), own=full(half), simultaneous=full(1.3 * half))
     measured = Measured(
         bounce=1,
+        channels="RGB",
         biases=biases,
         mean=1 + b,
         truth=full(1.0),
