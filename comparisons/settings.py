@@ -25,6 +25,8 @@ class Settings:
         seed: of the user.
         jobs: processes that render at the same time.
         known: declared deviations.
+        early_stop: whether to stop as soon as every bounce is decided; if not, there is one look, at the end of
+            the budget.
     """
 
     bounces: int | None = None
@@ -36,6 +38,7 @@ class Settings:
     seed: int = 0
     jobs: int = 1
     known: tuple[Deviation, ...] = ()
+    early_stop: bool = True
 
 
 class Observer(Protocol):

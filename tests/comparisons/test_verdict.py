@@ -12,7 +12,7 @@ import pytest
 from comparisons.known import Deviation
 from comparisons.regions import Regions
 from comparisons.results import BounceResult
-from comparisons.statistics.intervals import Biases
+from comparisons.statistics.intervals import Biases, Range
 from comparisons.verdict import Measured, judge, overall
 from scenes import Tolerance
 
@@ -45,13 +45,22 @@ def verdict(
 
 def judged(b: np.ndarray, half: float, known: Deviation | None, enough: bool = True) -> BounceResult:
     full = partial(np.full, b.shape)
-    biases = Biases(bias=b, error=full(half / 4), own=full(half), simultaneous=full(1.3 * half))
+    biases = Biases(
+        bias=b,
+        error=full(half / 4),
+        own=Range(b - half, b + half),
+        simultaneous=Range(b - 1.3 * half, b + 1.3 * half),
+        resolution=full(1.6 * half),
+        p_value=full(0.5),
+    )
     measured = Measured(
         bounce=1,
         biases=biases,
         mean=1 + b,
         truth=full(1.0),
         denominator=full(1.0),
+        skewness=full(0.0),
+        dominance=full(0.1),
         look=1,
         replicates=32,
         spp=64,

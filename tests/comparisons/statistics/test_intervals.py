@@ -4,13 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from comparisons.statistics.intervals import Biases, alpha_of_look, biases, denominators
+from comparisons.statistics.intervals import Biases, Means, Range, alpha_of_look, biases, denominators
 from comparisons.statistics.moments import Moments
-
-
-def moments(replicates: np.ndarray) -> Moments:
-    mean = replicates.mean(axis=0)
-    return Moments(len(replicates), mean, ((replicates - mean) ** 2).sum(axis=0))
 
 
 def test_looks_spend_no_more_than_alpha() -> None:
@@ -30,15 +25,29 @@ def test_denominators() -> None:
 def found_in(replicates: np.ndarray, truth: float = 1.0, error: float = 0.0, alpha: float = 0.05) -> Biases:
     """Biases of replicates ``(count, regions, channels)`` against one truth everywhere."""
     full = np.full(replicates.shape[1:], truth)
-    return biases(moments(replicates), full, full * error, full, alpha, family=full.size)
+    measured = Means.of(Moments.of_all(replicates))
+    return biases(measured, Means.known(full, full * error), full, alpha, family=full.size)
 
 
 def test_the_interval_is_the_textbook_one_where_the_truth_is_exact() -> None:
-    replicates = np.random.default_rng(1).normal(2.0, 0.3, (40, 1, 1))
+    replicates = np.random.default_rng(1).normal(2.0, 0.3, (20, 1, 1))
+    replicates = np.concatenate([replicates, 4.0 - replicates])  # without any skewness
     found = found_in(replicates, truth=2.0)
     low, high = stats.t.interval(0.95, 39, loc=replicates.mean(), scale=replicates.std(ddof=1) / np.sqrt(40))
-    np.testing.assert_allclose(found.bias - found.own, low / 2 - 1)
-    np.testing.assert_allclose(found.bias + found.own, high / 2 - 1)
+    np.testing.assert_allclose(found.own.low, low / 2 - 1)
+    np.testing.assert_allclose(found.own.high, high / 2 - 1)
+
+
+def test_two_noisy_sides_are_compared_as_welch_does() -> None:
+    rng = np.random.default_rng(2)
+    a, b = rng.normal(1.0, 0.3, (20, 1, 1)), rng.normal(1.0, 0.1, (10, 1, 1))
+    a, b = np.concatenate([a, 2 - a]), np.concatenate([b, 2 - b])
+    sides = [Means.of(Moments.of_all(x)) for x in (a, b)]
+    found = biases(*sides, np.full((1, 1), 2.0), alpha=0.05, family=1)  # a fixed denominator: no ratio
+    expected = stats.ttest_ind(a.ravel(), b.ravel(), equal_var=False)
+    low, high = expected.confidence_interval(0.95)
+    np.testing.assert_allclose([found.own.low[0, 0], found.own.high[0, 0]], [low / 2, high / 2], rtol=1e-9)
+    np.testing.assert_allclose(found.p_value[0, 0], expected.pvalue, rtol=1e-9)
 
 
 def test_the_truth_s_noise_counts() -> None:
@@ -46,13 +55,29 @@ def test_the_truth_s_noise_counts() -> None:
     exact, noisy = (found_in(replicates, error=e) for e in (0.0, 0.1))
     s, g = replicates.std(ddof=1) / np.sqrt(40), replicates.mean()
     np.testing.assert_allclose(noisy.error, np.hypot(s, 0.1 * g))
-    assert (noisy.own > exact.own).all()
+    assert (width(noisy.own) > width(exact.own)).all()
 
 
 def test_replicates_without_spread_have_intervals_without_width() -> None:
     found = found_in(np.full((32, 2, 3), 1.5))
     np.testing.assert_allclose(found.bias, 0.5)
-    assert (found.own == 0).all()
+    assert (width(found.own) == 0).all()
+    assert (found.resolution == 0).all()
+    assert (found.p_value == 1).all()
+
+
+def test_a_tile_that_was_not_hit_borrows_the_noise_of_its_fellows() -> None:
+    replicates = np.random.default_rng(3).exponential(1.0, (32, 5, 1))
+    replicates[:, 2] = 0.0
+    found = found_in(replicates, alpha=1e-3)
+    assert width(found.own)[2, 0] > np.median(width(found.own))  # with the tail of theirs, too
+    assert not found.simultaneous.outside(np.zeros((5, 1)))[2, 0]
+    replicates[:, 2] = 1.0  # the truth: nothing to be explained
+    assert width(found_in(replicates).own)[2, 0] == 0
+
+
+def width(limits: Range) -> np.ndarray:
+    return limits.high - limits.low
 
 
 # 3,000 simulated comparisons of 32 replicates; the share of misses must be binomial about its nominal value,
@@ -66,8 +91,9 @@ def _misses(sigma_factor: float = 1.0, regions: int = 1) -> tuple[int, int]:
     own = simultaneous = 0
     for _ in range(_RUNS):
         found = found_in(rng.normal(1.0, 0.2, (_REPLICATES, regions, 1)))
-        own += bool(abs(found.bias[0, 0]) > found.own[0, 0] * sigma_factor)
-        simultaneous += bool((np.abs(found.bias) > found.simultaneous).any())
+        bias, reach = found.bias[0, 0], width(found.own)[0, 0] / 2
+        own += bool(abs(bias) > reach * sigma_factor)
+        simultaneous += bool(found.simultaneous.outside(np.zeros((1, 1))).any())
     return own, simultaneous
 
 
