@@ -114,7 +114,7 @@ def test_the_worst_channel_is_shown_and_all_are_listed() -> None:
 
 def test_detectable_bias_and_resolution() -> None:
     found = verdict(0.0, 0.004)
-    assert found.resolution == pytest.approx(1.3 * 0.004 + 1.2816 * 0.001, abs=1e-6)
+    assert found.resolution == pytest.approx(1.6 * 0.004)
     assert found.detectable_bias == pytest.approx(0.01 + found.resolution)
     assert found.worst_tile.detectable_bias == pytest.approx(0.02 + found.resolution)
 
