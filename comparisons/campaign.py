@@ -43,8 +43,8 @@ def _adjusted(case: Case, settings: Settings) -> Case:
         scene=case.scene.resized(*settings.size) if settings.size else case.scene,
         bounces=case.bounces if settings.bounces is None else settings.bounces,
         tolerance=Tolerance(
-            image=case.tolerance.image if settings.tolerance is None else (settings.tolerance,),
-            tile=case.tolerance.tile if settings.tile_tolerance is None else (settings.tile_tolerance,),
+            image=case.tolerance.image if settings.tolerance is None else settings.tolerance,
+            tile=case.tolerance.tile if settings.tile_tolerance is None else settings.tile_tolerance,
         ),
     )
 

@@ -118,8 +118,8 @@ class Comparing:
     def _noise(self, k: int, moments: Moments) -> float:
         """The standard error that is largest beside its tolerance, of the image and of the tiles."""
         error = (moments.standard_error / self.denominators[:, k]).max(axis=1)
-        tolerance = self.case.tolerance
-        return float(max(error[0] / tolerance.of_image(k), error[1:].max() / tolerance.of_tile(k)))
+        image, tile = self.case.tolerance.of_image(k), self.case.tolerance.of_tile(k)
+        return float(np.max(error / np.maximum([image] + [tile] * (len(error) - 1), 1e-12)))
 
     def _look(self, sampler: Sampler, bounces: list[int], known: dict[int, Deviation]) -> list[int]:
         """Judge these bounces with what there is now; those that stay open."""

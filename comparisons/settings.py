@@ -18,7 +18,7 @@ class Settings:
 
     Attributes:
         bounces: the last bounce.
-        tolerance, tile_tolerance: relative, for all bounces.
+        tolerance, tile_tolerance: relative, one per bounce; the last one holds for all later bounces.
         size: (width, height) in pixels.
         alpha: probability of a wrong verdict in a comparison.
         budget: seconds per case × renderer.
@@ -30,8 +30,8 @@ class Settings:
     """
 
     bounces: int | None = None
-    tolerance: float | None = None
-    tile_tolerance: float | None = None
+    tolerance: tuple[float, ...] | None = None
+    tile_tolerance: tuple[float, ...] | None = None
     size: tuple[int, int] | None = None
     alpha: float = DEFAULT_ALPHA
     budget: float = DEFAULT_BUDGET

@@ -47,6 +47,7 @@ class Means:
     Attributes:
         mean, error: means over regions, and their standard errors.
         tail_below, tail_above: skewness of the mean to either side, λ ≥ 0.
+        spread: variance of the errors relative to themselves.
         freedom: degrees of freedom of the errors.
     """
 
@@ -54,18 +55,21 @@ class Means:
     error: Array
     tail_below: Array
     tail_above: Array
+    spread: Array
     freedom: float
 
     @classmethod
     def known(cls, mean: Array, error: Array) -> Means:
         """Of a truth: its error, if it has one, is taken for known and normal."""
-        return cls(mean, error, np.zeros_like(mean), np.zeros_like(mean), np.inf)
+        none = np.zeros_like(mean)
+        return cls(mean, error, none, none, none, np.inf)
 
     @classmethod
     def of(cls, replicates: Moments) -> Means:
         """Of means over regions that were sampled, at least twice."""
         below, above = skewness.both_ways(replicates)
-        return cls(replicates.mean, replicates.standard_error, below, above, replicates.count - 1)
+        spread = skewness.spread_of_the_error(replicates)
+        return cls(replicates.mean, replicates.standard_error, below, above, spread, replicates.count - 1)
 
 
 @dataclass(frozen=True)
@@ -144,6 +148,7 @@ def biases(measured: Means, truth: Means, denominator: Array, alpha: float, fami
                 (measured.tail_above, truth.tail_below),
             )
         ]
+        spread = np.where(variance > 0, (s**4 * measured.spread + s_t**4 * truth.spread) / variance**2, 0.0)
     freedom = np.where(np.isfinite(freedom) & (variance > 0), freedom, np.inf)
     bias, error = (measured.mean - truth.mean) / denominator, np.sqrt(variance) / denominator
     own, simultaneous = (
@@ -155,7 +160,7 @@ def biases(measured: Means, truth: Means, denominator: Array, alpha: float, fami
         error=error,
         own=Range(bias - own[0] * error, bias + own[1] * error),
         simultaneous=Range(bias - simultaneous[0] * error, bias + simultaneous[1] * error),
-        resolution=power.resolution(simultaneous, tails, freedom) * error,
+        resolution=power.resolution(simultaneous, tails, spread, freedom) * error,
         p_value=_p_values(bias, error, freedom),
     )
 

@@ -1,12 +1,14 @@
-"""Means, variances and skewness of replicates that merge exactly, however the work was split.
+"""Means, variances, skewness and kurtosis of replicates that merge exactly, however the work was split.
 
 For two sets a and b with δ = mean_b − mean_a and n = n_a + n_b (Chan, Golub and LeVeque 1983, Algorithms for
-computing the sample variance, The American Statistician 37(3), eq. 2.1; M₃: Pébay 2008, Formulas for robust,
-one-pass parallel computation of covariances and arbitrary-order statistical moments, SAND2008-6212, eq. 2.2):
+computing the sample variance, The American Statistician 37(3), eq. 2.1; M₃ and M₄: Pébay 2008, Formulas for robust,
+one-pass parallel computation of covariances and arbitrary-order statistical moments, SAND2008-6212, § 2):
 
     mean = mean_a + δ n_b / n
     M₂   = M₂_a + M₂_b + δ² n_a n_b / n
     M₃   = M₃_a + M₃_b + δ³ n_a n_b (n_a − n_b) / n² + 3 δ (n_a M₂_b − n_b M₂_a) / n
+    M₄   = M₄_a + M₄_b + δ⁴ n_a n_b (n_a² − n_a n_b + n_b²) / n³
+           + 6 δ² (n_a² M₂_b + n_b² M₂_a) / n² + 4 δ (n_a M₃_b − n_b M₃_a) / n
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ class Moments:
     Attributes:
         count: how many replicates.
         mean: their mean.
-        m2, m3: the sums of their squared and cubed deviations from the mean.
+        m2, m3, m4: the sums of powers of their deviations from the mean.
         lowest, highest: the extremes.
     """
 
@@ -34,13 +36,15 @@ class Moments:
     mean: Array
     m2: Array
     m3: Array
+    m4: Array
     lowest: Array
     highest: Array
 
     @classmethod
     def of(cls, replicate: Array) -> Moments:
         """The moments of one replicate."""
-        return cls(1, replicate, np.zeros_like(replicate), np.zeros_like(replicate), replicate, replicate)
+        zero = np.zeros_like(replicate)
+        return cls(1, replicate, zero, zero, zero, replicate, replicate)
 
     @classmethod
     def of_all(cls, replicates: Array) -> Moments:
@@ -52,6 +56,7 @@ class Moments:
             mean=mean,
             m2=(off**2).sum(axis=0),
             m3=(off**3).sum(axis=0),
+            m4=(off**4).sum(axis=0),
             lowest=replicates.min(axis=0),
             highest=replicates.max(axis=0),
         )
@@ -76,6 +81,11 @@ class Moments:
             + other.m3
             + delta**3 * (a * b * (a - b) / n**2)
             + 3 * delta * (a * other.m2 - b * self.m2) / n,
+            m4=self.m4
+            + other.m4
+            + delta**4 * (a * b * (a**2 - a * b + b**2) / n**3)
+            + 6 * delta**2 * (a**2 * other.m2 + b**2 * self.m2) / n**2
+            + 4 * delta * (a * other.m3 - b * self.m3) / n,
             lowest=np.minimum(self.lowest, other.lowest),
             highest=np.maximum(self.highest, other.highest),
         )

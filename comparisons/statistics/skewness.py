@@ -52,6 +52,20 @@ def both_ways(moments: Moments) -> tuple[Array, Array]:
     return np.maximum(0, np.maximum(-own, -shared)), np.maximum(0, np.maximum(own, shared))
 
 
+def spread_of_the_error(moments: Moments) -> Array:
+    """Variance of the standard error relative to itself, (κ − 1) / 4n with κ the kurtosis of the tiles together.
+
+    Never less than that of normal replicates, 1 / 2 (n − 1).
+
+    Args:
+        moments: of means over regions, ``(regions, channels)``, region 0 the whole image.
+    """
+    n, some = moments.count, slice(1, None) if len(moments.mean) > 1 else slice(None)
+    total = np.sum(moments.m2[some] ** 2)
+    kurtosis = n * np.sum(moments.m4[some]) / total if total > 0 else 3.0
+    return np.full_like(moments.mean, max((kurtosis - 1) / (4 * n), 1 / (2 * max(n - 1, 1))))
+
+
 def _ratio(m3: Array, m2_cubed_root: Array) -> Array:
     # M₃/n over (M₂/n)^1.5 is γ; divided by √n it is λ, and n drops out
     return np.divide(m3, m2_cubed_root, out=np.zeros_like(m3), where=m2_cubed_root > 0)

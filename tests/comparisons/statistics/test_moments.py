@@ -28,6 +28,7 @@ def test_any_split_gives_the_moments_of_the_whole(replicates: np.ndarray, data: 
     at_once = Moments.of_all(replicates)
     np.testing.assert_allclose(at_once.m2, whole.m2, atol=1e-11 * scale**2)
     np.testing.assert_allclose(at_once.m3, whole.m3, atol=1e-10 * scale**3)
+    np.testing.assert_allclose(at_once.m4, whole.m4, atol=1e-9 * scale**4)
     np.testing.assert_array_equal(whole.lowest, replicates.min(axis=0))
     np.testing.assert_array_equal(whole.highest, replicates.max(axis=0))
 

@@ -42,16 +42,18 @@ def test_a_bias_of_the_stated_size_is_failed_with_90_percent(noise: Noise, repli
     assert 0.85 <= caught / RUNS <= 0.95  # 3 standard errors of the count are 0.03
 
 
+def of_normal_noise(w: float, freedom: float) -> float:
+    w_, zero, nu = (np.full((1, 1), x) for x in (w, 0.0, freedom))
+    return float(resolution([w_, w_], [zero, zero], 1 / (2 * nu), nu)[0, 0])
+
+
 def test_with_many_replicates_it_is_the_textbook_s() -> None:
-    w = np.full((1, 1), 5.0)
-    found = resolution([w, w], [0 * w, 0 * w], np.full((1, 1), 1e6))
-    assert found[0, 0] == pytest.approx(5.0 + 1.2816, abs=1e-3)
+    assert of_normal_noise(5.0, 1e6) == pytest.approx(5.0 + 1.2816, abs=1e-3)
 
 
 def test_too_few_replicates_resolve_next_to_nothing() -> None:
-    w = np.full((1, 1), 60.0)
-    assert resolution([w, w], [0 * w, 0 * w], np.ones((1, 1)))[0, 0] > 10 * w
-    assert np.isinf(resolution([w, w], [0 * w, 0 * w], np.full((1, 1), 0.5)))
+    assert of_normal_noise(60.0, 1.0) > 10 * 60.0
+    assert np.isinf(of_normal_noise(60.0, 0.5))
 
 
 def test_without_noise_everything_is_resolved() -> None:
