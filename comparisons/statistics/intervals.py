@@ -12,8 +12,8 @@ denominator of a region:
 the tolerance (Berger 1982). ``simultaneous`` ones hold together over all m intervals of a comparison, α / m
 each (Bonferroni). Looks are sequential: look j spends α / (j (j + 1)), which sums to α over any number of them.
 
-A region that has not been hit yet has no spread. Where its mean is not the truth, it borrows the spread of the
-tiles around it: a tile of a noisy bounce is not found too dark for want of samples.
+A tile that no bright path has hit yet has too small a spread, or none at all, beside a mean that is too low. So,
+unless its mean is the truth, its error is at least half of what tiles have on average (root mean square).
 """
 
 from __future__ import annotations
@@ -31,6 +31,9 @@ Array = NDArray[np.float64]
 
 FLOOR = 0.05
 """A region's denominator is at least this share of the mean of the bounce's image."""
+
+SHARE = 0.5
+"""Of the tiles' standard error (root mean square) that each of them has at least."""
 
 _NO_DEVIATION = 1e-4  # relative: rounding in single precision stays far below it, a tolerance far above
 
@@ -69,7 +72,14 @@ class Means:
         """Of means over regions that were sampled, at least twice."""
         below, above = skewness.both_ways(replicates)
         spread = skewness.spread_of_the_error(replicates)
-        return cls(replicates.mean, replicates.standard_error, below, above, spread, replicates.count - 1)
+        return cls(
+            mean=replicates.mean,
+            error=replicates.standard_error,
+            tail_below=below,
+            tail_above=above,
+            spread=spread,
+            freedom=replicates.count - 1,
+        )
 
 
 @dataclass(frozen=True)
@@ -134,7 +144,7 @@ def biases(measured: Means, truth: Means, denominator: Array, alpha: float, fami
         alpha: of this look.
         family: how many intervals hold together: regions × bounces × channels.
     """
-    s = _borrowed(measured, truth, denominator)
+    s = _at_least_shared(measured, truth, denominator)
     with np.errstate(divide="ignore", invalid="ignore"):
         g = np.where(denominator == truth.mean, measured.mean / truth.mean, 1.0)
         s_t = truth.error * np.abs(g)
@@ -165,11 +175,13 @@ def biases(measured: Means, truth: Means, denominator: Array, alpha: float, fami
     )
 
 
-def _borrowed(measured: Means, truth: Means, denominator: Array) -> Array:
-    """Standard errors; a tile without spread whose mean is not the truth has that of its fellows."""
-    unhit = (measured.error == 0) & (np.abs(measured.mean - truth.mean) > _NO_DEVIATION * denominator)
-    fellows = np.sqrt(np.mean(measured.error[1:] ** 2, axis=0)) if len(measured.error) > 1 else 0.0
-    return np.where(unhit, fellows, measured.error)
+def _at_least_shared(measured: Means, truth: Means, denominator: Array) -> Array:
+    """Standard errors; where a tile's mean is not the truth, at least a share of what tiles have on average."""
+    if len(measured.error) == 1:
+        return measured.error
+    off_the_truth = np.abs(measured.mean - truth.mean) > _NO_DEVIATION * denominator
+    average = np.sqrt(np.mean(measured.error[1:] ** 2, axis=0))
+    return np.where(off_the_truth, np.maximum(measured.error, SHARE * average), measured.error)
 
 
 def _p_values(bias: Array, error: Array, freedom: Array) -> Array:
