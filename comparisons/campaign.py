@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from comparisons.comparison import Comparing, failed
 from comparisons.crew import Crew
-from comparisons.in_process import InProcess, short_name
+from comparisons.in_process import InProcess
+from comparisons.probe import Probe
 from comparisons.renderers import Renderer, RendererError, canonical
 from comparisons.results import Comparison
 from comparisons.settings import Observer, Settings
 from comparisons.truth import truth_of
-from scenes import Case, Tolerance, Truth
+from scenes import Case, Tolerance
 from scenes.formats import exr
 
 
@@ -36,8 +38,31 @@ def run(
         if isinstance(renderer, str):
             canonical(renderer)
     with Crew(settings.jobs) as crew:
+        probe = Probe(crew)
+        contenders = [_contender(renderer, probe) for renderer in renderers]
         for case in cases:
-            yield from _against_all(_adjusted(case, settings), renderers, settings, folder, crew, observer)
+            yield from _against_all(_adjusted(case, settings), contenders, settings, folder, crew, observer)
+
+
+class _Contender(NamedTuple):
+    """A renderer of the run, by the name that it is shown by; one of this process is a guest."""
+
+    name: str
+    probe: Probe
+    guest: InProcess | None = None
+
+    def complaint(self) -> RendererError | None:
+        """What is wrong with it whatever the case; see ``Probe``."""
+        if self.guest is None:
+            return self.probe.complaint(canonical(self.name))
+        return None if self.guest.traits.deterministic else self.probe.complaint(self.guest.name)
+
+
+def _contender(renderer: str | Renderer, probe: Probe) -> _Contender:
+    if isinstance(renderer, str):
+        return _Contender(renderer, probe)
+    guest = InProcess(renderer)
+    return _Contender(guest.short_name, Probe(guest), guest)
 
 
 def _adjusted(case: Case, settings: Settings) -> Case:
@@ -47,46 +72,41 @@ def _adjusted(case: Case, settings: Settings) -> Case:
         scene=case.scene.resized(*settings.size) if settings.size else case.scene,
         bounces=case.bounces if settings.bounces is None else settings.bounces,
         tolerance=Tolerance(
-            image=case.tolerance.image if settings.tolerance is None else (settings.tolerance,),
-            tile=case.tolerance.tile if settings.tile_tolerance is None else (settings.tile_tolerance,),
+            image=case.tolerance.image if settings.tolerance is None else settings.tolerance,
+            tile=case.tolerance.tile if settings.tile_tolerance is None else settings.tile_tolerance,
         ),
     )
 
 
 def _against_all(
     case: Case,
-    renderers: Sequence[str | Renderer],
+    contenders: Sequence[_Contender],
     settings: Settings,
     folder: Path,
     crew: Crew,
     observer: Observer,
 ) -> Iterator[Comparison]:
     """The truth once, then every renderer against it."""
-    names = [renderer if isinstance(renderer, str) else short_name(renderer) for renderer in renderers]
-    observer.started(case.name, names[0])
+    observer.started(case.name, contenders[0].name)
     images = folder / "images" / case.name
     images.mkdir(parents=True, exist_ok=True)
     try:
         truth = truth_of(case, crew, lambda share: observer.progressed(share, "estimating the truth"))
         exr.write_bounces(images / "truth.exr", truth.mean, truth.stderr, wavelengths=case.wavelengths)
     except (RendererError, exr.ImageError, OSError) as error:
-        for name in names:
-            comparison = failed(case, name, settings, RendererError(f"there is no truth: {error}"))
+        for contender in contenders:
+            comparison = failed(case, contender.name, settings, RendererError(f"there is no truth: {error}"))
             observer.finished(comparison)
             yield comparison
         return
-    for i, renderer in enumerate(renderers):
+    for i, (name, _, guest) in enumerate(contenders):
         if i:
-            observer.started(case.name, names[i])
-        comparison = _comparing(case, renderer, truth, settings, crew, observer).run(folder)
+            observer.started(case.name, name)
+        complaint = contenders[i].complaint()
+        comparison = (
+            failed(case, name, settings, complaint)
+            if complaint
+            else Comparing(case, name, truth, settings, guest or crew, observer, guest).run(folder)
+        )
         observer.finished(comparison)
         yield comparison
-
-
-def _comparing(
-    case: Case, renderer: str | Renderer, truth: Truth, settings: Settings, crew: Crew, observer: Observer
-) -> Comparing:
-    if isinstance(renderer, str):
-        return Comparing(case, renderer, truth, settings, crew, observer)
-    guest = InProcess(renderer)
-    return Comparing(case, short_name(renderer), truth, settings, guest, observer, guest.name)

@@ -16,28 +16,27 @@ from typing import TypeVar
 import numpy as np
 
 from comparisons.crew import Crew
-from comparisons.renderers import Images, Renderer, RendererError, RendererFailed
+from comparisons.renderers import Entry, Images, Renderer, RendererError, RendererFailed
 from comparisons.renderers.process import LOG_LINES, check_image
 from scenes import Scene
 
 T = TypeVar("T")
 
 
-def short_name(renderer: Renderer) -> str:
-    """What an object is called in results: the name of its class."""
-    return type(renderer).__name__
-
-
 class InProcess(Crew):
     """A crew of one, whatever name it is called by.
 
     Attributes:
+        short_name: what it is called in results: its class.
         name: the full name, which no registered renderer has.
+        traits: what it declares of itself by attributes: ``deterministic = True`` has no noise.
     """
 
     def __init__(self, renderer: Renderer) -> None:
         super().__init__(jobs=1)
-        self.name = f"in-process:{short_name(renderer)}"
+        self.short_name = type(renderer).__name__
+        self.name = f"in-process:{self.short_name}"
+        self.traits = Entry("", "", "", "", deterministic=getattr(renderer, "deterministic", False) is True)
         self._renderer = renderer
 
     def version(self, name: str) -> str:

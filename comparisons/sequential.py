@@ -43,6 +43,8 @@ class Job:
         seed: replicate r gets seed + r.
         budget: seconds.
         on_progress: called with the share of the budget that is used.
+        first_look: seconds that the first ``MIN_REPLICATES`` should take.
+        deterministic: whether it has no noise; two replicates tell all then.
     """
 
     renderer: str
@@ -51,6 +53,8 @@ class Job:
     seed: int
     budget: float
     on_progress: Callable[[float], None] = lambda done: None
+    first_look: float = FIRST_LOOK
+    deterministic: bool = False
 
 
 def first_seed(seed: int) -> int:
@@ -94,21 +98,30 @@ class Sampler:
         """Of the bounce that has most."""
         return max(moments.count for moments in self.regions.values())
 
-    def draw(self, bounces: Sequence[int], target: int) -> None:
-        """Draw until each of these bounces has ``target`` replicates, or the budget is used up.
+    @property
+    def enough(self) -> int:
+        """How many replicates a verdict needs."""
+        return 2 if self._job.deterministic else MIN_REPLICATES
+
+    def draw(self, bounces: Sequence[int], count: int) -> None:
+        """Draw so many replicates more of these bounces, or until the budget is used up.
 
         Two are drawn however small the budget: the least that has a spread to speak of.
 
         Raises:
             RendererError: see ``RendererProcess.render``.
         """
-        have = self.pixels[bounces[0]].count if bounces[0] in self.pixels else 0
+        drawn, first = 0, bounces[0] not in self.pixels
         running: set[Future[Images]] = set()
         try:
             while True:
-                while have < target and len(running) < self._crew.jobs and (have < 2 or not self.exhausted):
+                while (
+                    drawn < count
+                    and len(running) < self._crew.jobs
+                    and ((first and drawn < 2) or not self.exhausted)
+                ):
                     running.add(self._submit(bounces, self.spp, self._job.seed + self._submitted))
-                    self._submitted, have = self._submitted + 1, have + 1
+                    self._submitted, drawn = self._submitted + 1, drawn + 1
                 if not running:
                     return
                 done, running = wait(running, return_when=FIRST_COMPLETED)
@@ -138,7 +151,7 @@ class Sampler:
             if elapsed > _PILOT or elapsed * 4 > budget / 8 or spp >= MOST_SPP:
                 break
             spp *= 4
-        first_look = min(FIRST_LOOK, budget / 8)
+        first_look = min(self._job.first_look, budget / 8)
         wanted = int(first_look * self._crew.jobs / MIN_REPLICATES * spp / elapsed)
         return min(max(1, wanted), MOST_SPP)
 

@@ -27,7 +27,7 @@ from comparisons.results import (
     TileResult,
     Verdict,
 )
-from comparisons.statistics.intervals import Biases
+from comparisons.statistics.intervals import Biases, Range
 from scenes import Tolerance
 
 Array = NDArray[np.float64]
@@ -42,6 +42,8 @@ class Measured:
         channels: their names.
         biases: with their intervals, of this look.
         mean, truth, denominator: means over regions and what biases are relative to, ``(regions, channels)``.
+        skewness: of a replicate's means over regions.
+        dominance: share of the spread that is one replicate's; see ``Moments.dominance``.
         look: which one this is, 1 for the first.
         replicates, spp: how many, and samples per pixel of all of them together.
         enough: whether that is as much as a verdict needs; if not, it is inconclusive.
@@ -53,6 +55,8 @@ class Measured:
     mean: Array
     truth: Array
     denominator: Array
+    skewness: Array
+    dominance: Array
     look: int
     replicates: int
     spp: int
@@ -72,7 +76,7 @@ def judge(
     """
     k = measured.bounce
     tolerances = _per_region(measured, tolerance.of_image(k), tolerance.of_tile(k))
-    inside, outside = measured.biases.inside(tolerances), measured.biases.outside(tolerances)
+    inside, outside = _decisions(measured.biases, tolerances)
     verdict: BounceVerdict = _decide(inside, outside) if measured.enough else "inconclusive"
     deviation = None
     if known is not None:
@@ -88,6 +92,13 @@ def _per_region(measured: Measured, image: float, tile: float) -> Array:
     column = np.full((len(measured.mean), 1), tile)
     column[0] = image
     return column
+
+
+def _decisions(
+    found: Biases, tolerance: Array, center: Array | float = 0.0
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Where own intervals lie inside center ± tolerance, and where simultaneous ones lie outside."""
+    return found.own.inside(tolerance, center), found.simultaneous.outside(tolerance, center)
 
 
 def _decide(inside: NDArray[np.bool_], outside: NDArray[np.bool_]) -> Literal["pass", "fail", "inconclusive"]:
@@ -111,7 +122,7 @@ def _declared(
     named = [entry.channels is None or name in entry.channels for name in measured.channels]
     within = np.where(named, _per_region(measured, entry.within, entry.tile_within), tolerances)
     center = np.where(named, bias, 0.0)
-    as_declared = _decide(measured.biases.inside(within, center), measured.biases.outside(within, center))
+    as_declared = _decide(*_decisions(measured.biases, within, center))
     if plain == "pass":
         # within a tolerance as loose as that, one can't tell a declared deviation from none
         return "pass", now("vanished" if as_declared == "fail" else "tolerated")
@@ -160,6 +171,9 @@ def _result(
         spp=measured.spp,
         channels=channels,
         worst_tile=_tile(measured, 1 + tile, tile_channel, regions, tolerances),
+        skewness=float(measured.skewness[0, int(margin[0].argmax())]),
+        dominance=float(measured.dominance.max()),
+        p_values=_histogram(found.p_value[1:][found.error[1:] > 0]),
         known=known,
     )
 
@@ -172,8 +186,8 @@ def _channel(measured: Measured, c: int, tolerance: float) -> ChannelResult:
         mean=float(measured.mean[0, c]),
         denominator=float(measured.denominator[0, c]),
         bias=float(found.bias[0, c]),
-        interval=_interval(found.bias[0, c], found.own[0, c]),
-        simultaneous_interval=_interval(found.bias[0, c], found.simultaneous[0, c]),
+        interval=_at(found.own, 0, c),
+        simultaneous_interval=_at(found.simultaneous, 0, c),
         standard_error=float(found.error[0, c]),
         detectable_bias=tolerance + float(found.resolution[0, c]),
         resolution=float(found.resolution[0, c]),
@@ -186,14 +200,20 @@ def _tile(measured: Measured, region: int, c: int, regions: Regions, tolerances:
         place=regions.place(region),
         channel=measured.channels[c],
         bias=float(found.bias[region, c]),
-        interval=_interval(found.bias[region, c], found.own[region, c]),
-        simultaneous_interval=_interval(found.bias[region, c], found.simultaneous[region, c]),
+        interval=_at(found.own, region, c),
+        simultaneous_interval=_at(found.simultaneous, region, c),
         detectable_bias=float(tolerances[region, 0] + found.resolution[region, c]),
     )
 
 
-def _interval(bias: np.float64, half: np.float64) -> Interval:
-    return float(bias - half), float(bias + half)
+def _at(limits: Range, region: int, c: int) -> Interval:
+    return float(limits.low[region, c]), float(limits.high[region, c])
+
+
+def _histogram(p_values: Array) -> list[int]:
+    """How many p-values of tiles fall into each tenth of 0 … 1: flat where there is no bias (Jung et al. 2020)."""
+    counts: list[int] = np.histogram(p_values, bins=10, range=(0.0, 1.0))[0].tolist()
+    return counts
 
 
 def overall(verdicts: Iterable[Verdict]) -> Verdict:

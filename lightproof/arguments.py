@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import typer
@@ -12,6 +13,9 @@ from comparisons.settings import Settings
 from lightproof import cases, parameters
 from lightproof.host import Host
 from scenes import Case
+
+Shares = float | str | Sequence[float | str]
+"""Relative, for all bounces or one for each."""
 
 N = TypeVar("N", int, float)
 
@@ -72,8 +76,8 @@ def skips(unsupported: str) -> bool:
 
 def settings(
     host: Host,
-    tolerance: float | str | None,
-    tile_tolerance: float | str | None,
+    tolerance: Shares | None,
+    tile_tolerance: Shares | None,
     bounces: int | None,
     size: tuple[int, int] | str | None,
     budget: float | None,
@@ -87,8 +91,8 @@ def settings(
     """
     return Settings(
         bounces=None if bounces is None else within(bounces, (0, 1_000_000), "bounces"),
-        tolerance=_share(tolerance, "tolerance"),
-        tile_tolerance=_share(tile_tolerance, "tile_tolerance"),
+        tolerance=_shares(tolerance, "tolerance"),
+        tile_tolerance=_shares(tile_tolerance, "tile_tolerance"),
         size=_size(size),
         alpha=within(alpha, (1e-12, 0.5), "alpha"),
         budget=within(host.budget if budget is None else budget, BUDGET, "budget"),
@@ -124,10 +128,11 @@ def within(value: N, limits: tuple[float, float], name: str) -> N:
     return value
 
 
-def _share(value: float | str | None, name: str) -> float | None:
-    """``0.005`` or ``"0.5%"``."""
+def _shares(value: Shares | None, name: str) -> tuple[float, ...] | None:
+    """``0.005``, ``"0.5%"``, or one for each bounce: ``(0.002, 0.005)``, ``"0.2%,0.5%"``."""
+    text = ",".join(map(str, value)) if isinstance(value, Sequence) and not isinstance(value, str) else value
     try:
-        return parameters.percent(None if value is None else str(value), name)
+        return parameters.percents(None if text is None else str(text), name)
     except typer.BadParameter as error:
         raise ValueError(f"{name}: {error.message}") from None
 

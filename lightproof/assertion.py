@@ -15,6 +15,7 @@ from comparisons.renderers import Renderer
 from comparisons.results import Comparison
 from comparisons.settings import DEFAULT_ALPHA
 from lightproof import arguments
+from lightproof.arguments import Shares
 from lightproof.explanation import explanation, headline
 from lightproof.host import Host, Unsupported
 from lightproof.validate import compare, prepare
@@ -40,9 +41,9 @@ VerdictError.__module__ = "lightproof"  # as one imports it, and as pytest print
 def assert_bounces_match(
     renderer: str | Renderer,
     case: str | Case,
-    tolerance: float | str | None = None,
+    tolerance: Shares | None = None,
     *,
-    tile_tolerance: float | str | None = None,
+    tile_tolerance: Shares | None = None,
     bounces: int | None = None,
     size: tuple[int, int] | str | None = None,
     budget: float | None = None,
@@ -57,7 +58,8 @@ def assert_bounces_match(
         renderer: the name of a registered one, such as ``mitsuba``, which runs in processes of its own; or any
             object with the methods of ``comparisons.renderers.Renderer``, which is called here and now.
         case: a name, ``path/to/file.py:function``, or a ``scenes.Case``.
-        tolerance: the largest relative bias of the whole image, ``0.005`` or ``"0.5%"``. Default: the case's.
+        tolerance: the largest relative bias of the whole image, ``0.005`` or ``"0.5%"``; ``"0.2%,0.5%"``: of
+            bounce 0, and of all later ones. Default: the case's.
         tile_tolerance: the same for tiles.
         bounces: the last one, 0 for E alone. Default: the case's.
         size: ``(width, height)`` or ``"64x48"``, in pixels. Default: the case's.

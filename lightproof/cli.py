@@ -24,7 +24,7 @@ from comparisons.truth import truth_of
 from lightproof import exports, options, terminal
 from lightproof.cases import CaseError, announced, from_entry_point
 from lightproof.choice import check_size, one_case, several_cases, subject
-from lightproof.parameters import percent, size
+from lightproof.parameters import percents, size
 from lightproof.validate import exit_status, prepare
 from lightproof.validate import validate as run_validation
 from scenes import Case, Scene, SceneError, UnknownNameError, library
@@ -71,6 +71,7 @@ def validate(
     tile_tolerance: options.TileTolerance = None,
     alpha: options.Alpha = DEFAULT_ALPHA,
     budget: options.Budget = DEFAULT_BUDGET,
+    early_stop: options.EarlyStop = True,
     size_text: options.Size = None,
     seed: options.Seed = 0,
     jobs: options.Jobs = None,
@@ -91,14 +92,15 @@ def validate(
     ]
     settings = Settings(
         bounces=bounces,
-        tolerance=percent(tolerance, "--tolerance"),
-        tile_tolerance=percent(tile_tolerance, "--tile-tolerance"),
+        tolerance=percents(tolerance, "--tolerance"),
+        tile_tolerance=percents(tile_tolerance, "--tile-tolerance"),
         size=resolution,
         alpha=alpha,
         budget=budget,
         seed=seed,
         jobs=jobs or os.cpu_count() or 1,
         known=tuple(_known(known)),
+        early_stop=early_stop,
     )
     _prepare(out)
     console = terminal.console()

@@ -73,10 +73,9 @@ def needed(comparison: Comparison) -> str:
     tiles = [b.worst_tile.detectable_bias - b.tile_tolerance for b in undecided]  # their resolutions
     ratios = [b.resolution / b.tolerance for b in undecided]
     ratios += [tile / b.tile_tolerance for tile, b in zip(tiles, undecided, strict=True)]
-    image = max(_MARGIN * max(b.resolution, abs(b.bias) + _half(b)) for b in undecided)
+    image = max(_MARGIN * max(b.resolution, _reach(b)) for b in undecided)
     tile = _MARGIN * max(
-        max(resolution, abs(b.worst_tile.bias) + _half(b.worst_tile))
-        for resolution, b in zip(tiles, undecided, strict=True)
+        max(resolution, _reach(b.worst_tile)) for resolution, b in zip(tiles, undecided, strict=True)
     )
     image = max(image, *(b.tolerance for b in comparison.bounces))
     tile = max(tile, *(b.tile_tolerance for b in comparison.bounces))
@@ -89,9 +88,9 @@ def needed(comparison: Comparison) -> str:
     )
 
 
-def _half(found: BounceResult | TileResult) -> float:
-    low, high = found.simultaneous_interval
-    return (high - low) / 2
+def _reach(found: BounceResult | TileResult) -> float:
+    """The largest |bias| that its interval holds."""
+    return max(map(abs, found.simultaneous_interval))
 
 
 def _rounded(seconds: float) -> float:

@@ -12,7 +12,7 @@ import typer
 
 from comparisons.renderers import canonical
 from lightproof.choice import several_cases
-from lightproof.parameters import percent, size
+from lightproof.parameters import percents, size
 from scenes import Case, UnknownNameError
 from scenes.names import look_up
 
@@ -32,8 +32,8 @@ class Cases:
     def __init__(self, config: pytest.Config) -> None:
         option = config.getoption
         try:
-            self.tolerance = percent(option("lightproof_tolerance"), "tolerance")
-            self.tile_tolerance = percent(option("lightproof_tile_tolerance"), "tile-tolerance")
+            self.tolerance = percents(option("lightproof_tolerance"), "tolerance")
+            self.tile_tolerance = percents(option("lightproof_tile_tolerance"), "tile-tolerance")
             self.size = size(option("lightproof_size"))
             names = option("lightproof_case") or []
             cases = several_cases(names, [], [], option("lightproof_all"), (None, None), None, self.size)

@@ -31,9 +31,11 @@ class Noise:
 
     def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
         rows = list(bounces)
+        noise = np.random.default_rng(seed).normal(1.0, 0.05 / np.sqrt(spp), (len(rows), *scene.shape))
+        if scene.surfaces != CASE.scene.surfaces:
+            return noise  # asked whether it heeds its seed
         truth = CASE.answer.truth(scene, max(bounces))
         assert truth is not None
-        noise = np.random.default_rng(seed).normal(1.0, 0.05 / np.sqrt(spp), (len(rows), *scene.shape))
         return truth.mean[rows] * noise * np.take(self.factors, rows)[:, None, None, None]
 
 
@@ -102,7 +104,7 @@ def test_an_image_that_is_drawn_over_is_not_lost() -> None:
     [
         (lambda image: None, "returned values of type object, expected an array of real numbers"),
         (lambda image: image.astype(complex), "returned values of type complex128"),
-        (lambda image: image[:, :-1], "returned an image of shape (6, 7, 8, 3), expected (6, 8, 8, 3)"),
+        (lambda image: image[:, :-1], "returned an image of shape (1, 7, 8, 3), expected (1, 8, 8, 3)"),
         (lambda image: np.where(image > 0, np.nan, image), "not finite"),
         (lambda image: [[1.0], [2.0, 3.0]], "ValueError"),
     ],
@@ -120,7 +122,7 @@ def test_single_precision_will_do(tmp_path: Path, observer: Any) -> None:
 def test_an_exception_is_an_error_with_the_end_of_its_traceback(tmp_path: Path, observer: Any) -> None:
     comparison = compare(Raising(RuntimeError("out of texture memory")), tmp_path, observer)
     assert comparison.verdict == "error"
-    assert comparison.message == "RuntimeError: out of texture memory"
+    assert comparison.message.startswith("RuntimeError: out of texture memory (asked for the Cornell box, ")
     assert comparison.log[-1] == "RuntimeError: out of texture memory"
     assert "raise self._error" in comparison.log[-2]
     assert not any("in_process.py" in line for line in comparison.log if "test_in_process" not in line)
@@ -129,6 +131,42 @@ def test_an_exception_is_an_error_with_the_end_of_its_traceback(tmp_path: Path, 
 def test_a_missing_feature_is_unsupported(tmp_path: Path, observer: Any) -> None:
     comparison = compare(Raising(Unsupported("spheres")), tmp_path, observer)
     assert (comparison.verdict, comparison.message) == ("unsupported", "spheres")
+
+
+class WithoutSeed(Noise):
+    def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
+        return super().render(scene, bounces, spp, 7)
+
+
+class Deterministic(WithoutSeed):
+    deterministic = True
+
+
+def test_whoever_ignores_the_seed_is_told_unless_it_declares_to_have_no_noise(
+    tmp_path: Path, observer: Any
+) -> None:
+    comparison = compare(WithoutSeed(), tmp_path, observer)
+    assert comparison.verdict == "error"
+    assert "takes no notice of its seed" in comparison.message
+    assert compare(Deterministic((1, 1, 1.5, 1, 1, 1)), tmp_path, observer).verdict == "fail"
+
+
+def test_the_seed_is_asked_for_once_and_a_scene_too_many_may_be_refused(
+    tmp_path: Path, observer: Any
+) -> None:
+    asked = []
+
+    class WithoutLamps(Noise):
+        def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
+            if scene.surfaces != CASE.scene.surfaces:
+                asked.append(seed)
+                raise Unsupported("lamps")
+            return super().render(scene, bounces, spp, seed)
+
+    settings = Settings(size=(8, 8), budget=20.0, bounces=0)
+    found = campaign.run([CASE, replace(CASE, name="again")], [WithoutLamps()], settings, tmp_path, observer)
+    assert [comparison.verdict for comparison in found] == ["pass", "pass"]
+    assert len(asked) == 1
 
 
 def test_ctrl_c_goes_through(tmp_path: Path, observer: Any) -> None:

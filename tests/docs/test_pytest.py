@@ -21,7 +21,7 @@ TRACE = """
 import numpy as np
 from scenes import library
 
-CASES = [library.case(name) for name in ("furnace-box", "integrating-sphere", "quad-over-plane")]
+CASES = [library.case(name) for name in ("furnace-box", "integrating-sphere", "quad-over-plane", "cornell-box")]
 
 def trace(scene, bounces, spp, seed):
     case = next(case for case in CASES if case.scene.surfaces == scene.surfaces)

@@ -29,10 +29,12 @@ class Right:
         return "1"
 
     def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
-        truth = CASE.answer.truth(scene, max(bounces))
-        assert truth is not None
         shape = (len(bounces), *scene.shape)
         noise = np.random.default_rng(seed).normal(self.factor, 0.05 / np.sqrt(spp), shape)
+        if scene.surfaces != CASE.scene.surfaces:
+            return noise  # asked whether it heeds its seed
+        truth = CASE.answer.truth(scene, max(bounces))
+        assert truth is not None
         return truth.mean[list(bounces)] * noise
 
 
@@ -58,9 +60,9 @@ def match(renderer: Any, case: Any = CASE, **arguments: Any) -> Any:
 
 
 def test_what_agrees_is_returned_and_leaves_nothing(temporary: Path) -> None:
-    found = match(Right(), tolerance="0.4%", tile_tolerance=0.03, bounces=2, alpha=1e-4)
+    found = match(Right(), tolerance=(0.003, "0.4%"), tile_tolerance=0.03, bounces=2, alpha=1e-4)
     assert (found.verdict, found.renderer, found.case, found.alpha) == ("pass", "Right", "furnace-box", 1e-4)
-    assert [(b.tolerance, b.tile_tolerance) for b in found.bounces] == [(0.004, 0.03)] * 3
+    assert [(b.tolerance, b.tile_tolerance) for b in found.bounces] == [(0.003, 0.03)] + [(0.004, 0.03)] * 2
     assert (found.width, found.height) == (8, 8)
     assert list(temporary.iterdir()) == []
 
@@ -91,7 +93,8 @@ def test_a_seed_is_what_the_samples_depend_on() -> None:
 
     class Recording(Right):
         def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
-            first.setdefault(chosen, seed)
+            if scene.surfaces == CASE.scene.surfaces:
+                first.setdefault(chosen, seed)
             return super().render(scene, bounces, spp, seed)
 
     for chosen in (1, 2):

@@ -81,7 +81,7 @@ def test_what_a_right_renderer_is_said_to_need_lets_it_pass(compare: Any) -> Non
         assert BUDGET < budget < 20 * BUDGET
         assert TOLERANCE < image / 100 < 5 * TOLERANCE
         passed["budget"] += compare(again, budget=budget).verdict == "pass"
-        loose = compare(again, tolerance=image / 100, tile_tolerance=tile / 100)
+        loose = compare(again, tolerance=(image / 100,), tile_tolerance=(tile / 100,))
         passed["tolerance"] += loose.verdict == "pass"
     assert min(passed.values()) >= 0.8 * RUNS
 
@@ -91,7 +91,7 @@ def test_a_bias_near_the_tolerance_is_not_said_to_need_time(compare: Any) -> Non
     assert first.verdict == again.verdict == "inconclusive"
     assert "would have passed by now" in needed(first)
     image, tile = numbers(needed(first))
-    loose = compare(Noise(0.9 * TOLERANCE, 0.02, 2), tolerance=image / 100, tile_tolerance=tile / 100)
+    loose = compare(Noise(0.9 * TOLERANCE, 0.02, 2), tolerance=(image / 100,), tile_tolerance=(tile / 100,))
     assert loose.verdict == "pass"
 
 

@@ -54,7 +54,7 @@ import numpy as np
 from comparisons.renderers import Unsupported
 from scenes import library
 
-CASES = [library.case(name) for name in ("furnace-box", "integrating-sphere", "quad-over-plane")]
+CASES = [library.case(name) for name in ("furnace-box", "integrating-sphere", "quad-over-plane", "cornell-box")]
 
 class Right:
     noise = 0.05
