@@ -61,7 +61,7 @@ class Comparing:
             RendererError: see ``RendererProcess.render``; or it takes no notice of its seed.
         """
         open_bounces = list(range(self.case.bounces + 1))
-        entries = {k: entry for entry in known for k in open_bounces if entry.bias_of(k) is not None}
+        entries = {k: entry for entry in known for k in open_bounces if entry.speaks_of(k)}
 
         def show(share: float) -> None:
             self.observer.progressed(share, f"open bounces: {', '.join(map(str, open_bounces))}")

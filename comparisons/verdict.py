@@ -99,18 +99,18 @@ def _declared(
     measured: Measured, tolerances: Array, plain: BounceVerdict, entry: Deviation
 ) -> tuple[BounceVerdict, KnownDeviation]:
     """The verdict where a deviation was declared, and what became of the declaration."""
-    bias = entry.bias_of(measured.bounce)
-    assert bias is not None
+    names = channel_names(measured.mean.shape[1])
+    biases = entry.biases(measured.bounce, names)
+    center = np.array([biases.get(name, 0.0) for name in names])
+    shown = float(center[_margin(measured, tolerances)[0].argmax()])
 
     def now(state: DeclarationState) -> KnownDeviation:
-        return KnownDeviation(declared_bias=bias, state=state, reason=entry.reason, link=entry.link)
+        return KnownDeviation(declared_bias=shown, state=state, reason=entry.reason, link=entry.link)
 
     if not measured.enough:
         return "inconclusive", now("undecided")
-    names = channel_names(measured.mean.shape[1])
-    deviates = np.array([entry.channels is None or name in entry.channels for name in names])
+    deviates = np.array([name in biases for name in names])
     within = np.where(deviates, _per_region(measured, entry.within, entry.tile_within), tolerances)
-    center = np.where(deviates, bias, 0.0)
     as_declared = _decide(measured.biases.inside(within, center), measured.biases.outside(within, center))
     if plain == "pass":
         # within a tolerance as loose as that, one can't tell a declared deviation from none
@@ -124,6 +124,11 @@ def _declared(
             return "inconclusive", now("undecided")
 
 
+def _margin(measured: Measured, tolerances: Array) -> Array:
+    """How far outside its tolerance each region and channel lies, in standard errors; the worst is shown."""
+    return (np.abs(measured.biases.bias) - tolerances) / np.maximum(measured.biases.error, 1e-12)
+
+
 def _result(
     measured: Measured,
     tolerances: Array,
@@ -133,10 +138,8 @@ def _result(
     known: KnownDeviation | None,
 ) -> BounceResult:
     """The numbers of one bounce."""
-    found = measured.biases
-    # the worst is the one closest to failing, in standard errors
-    margin = (np.abs(found.bias) - tolerances) / np.maximum(found.error, 1e-12)
-    channels = [_channel(measured, c, float(tolerances[0, 0])) for c in range(found.bias.shape[1])]
+    margin = _margin(measured, tolerances)
+    channels = [_channel(measured, c, float(tolerances[0, 0])) for c in range(measured.mean.shape[1])]
     worst = channels[int(margin[0].argmax())]
     tile, tile_channel = divmod(int(margin[1:].argmax()), len(channels))
     return BounceResult(
