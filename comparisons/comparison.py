@@ -17,6 +17,7 @@ from comparisons.results import BounceResult, Comparison, Images, Look
 from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.statistics.intervals import alpha_of_look, biases, denominators
+from comparisons.statistics.rare_events import event_size, least_error
 from comparisons.truth import ESTIMATOR, STAND_IN
 from comparisons.verdict import Measured, judge, overall
 from scenes import Case, Estimate, Truth
@@ -102,6 +103,11 @@ class Comparing:
             denominator,
             alpha_of_look(self.settings.alpha, look),
             family=self.truth_means.size,
+            least_error=least_error(
+                event_size(sampler.pixels[k], sampler.spp),
+                truth,
+                self.regions.pixels() * sampler.spp * replicates.count,
+            ),
         )
         return Measured(
             bounce=k,

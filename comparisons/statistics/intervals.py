@@ -12,9 +12,10 @@ denominator of a region:
 the tolerance (Berger 1982). ``simultaneous`` ones hold together over all m intervals of a comparison, α / m
 each (Bonferroni). Looks are sequential: look j spends α / (j (j + 1)), which sums to α over any number of them.
 
-All of this takes the means of replicates for normal. An estimator of infinite variance (next-event estimation
-alone between walls that meet, say) has none that are, and can be failed wrongly; so can a region in which no
-sample has found any light yet, since its spread is zero.
+All of this takes the means of replicates for normal. In dim regions they are not: there the simultaneous
+interval takes no standard error for smaller than that of rare events, see ``rare_events.py``. An estimator of
+infinite variance (next-event estimation alone between walls that meet, say) has no means that are normal, and can
+be failed wrongly.
 """
 
 from __future__ import annotations
@@ -26,11 +27,9 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from comparisons.statistics.moments import Moments
+from comparisons.statistics.rare_events import FLOOR
 
 Array = NDArray[np.float64]
-
-FLOOR = 0.05
-"""A region's denominator is at least this share of the mean of the bounce's image."""
 
 _POWER_90 = float(stats.norm.ppf(0.9))
 
@@ -87,7 +86,13 @@ def denominators(truth: Array) -> Array:
 
 
 def biases(
-    replicates: Moments, truth: Array, truth_error: Array, denominator: Array, alpha: float, family: int
+    replicates: Moments,
+    truth: Array,
+    truth_error: Array,
+    denominator: Array,
+    alpha: float,
+    family: int,
+    least_error: Array | float = 0.0,
 ) -> Biases:
     """Intervals for the relative bias of each region and channel of one bounce.
 
@@ -97,6 +102,7 @@ def biases(
         denominator: what biases are relative to, of the same shape; see ``denominators``.
         alpha: of this look.
         family: how many intervals hold together: regions × bounces × channels.
+        least_error: standard errors of the mean that simultaneous intervals take for the least, of the same shape.
     """
     s = replicates.standard_error
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -109,5 +115,5 @@ def biases(
         bias=(replicates.mean - truth) / denominator,
         error=error,
         own=stats.t.isf(alpha / 2, freedom) * error,
-        simultaneous=stats.t.isf(alpha / 2 / family, freedom) * error,
+        simultaneous=stats.t.isf(alpha / 2 / family, freedom) * np.maximum(error, least_error / denominator),
     )
