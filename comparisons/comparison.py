@@ -20,6 +20,7 @@ from comparisons.settings import Observer, Settings
 from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Means, alpha_of_look, biases, denominators
 from comparisons.statistics.moments import Moments
+from comparisons.statistics.rare_events import event_size, least_error
 from comparisons.truth import ESTIMATOR, STAND_IN
 from comparisons.verdict import Measured, judge, overall
 from scenes import Case, Estimate, Truth
@@ -72,7 +73,7 @@ class Comparing:
             RendererError: see ``RendererProcess.render``.
         """
         open_bounces = list(range(self.case.bounces + 1))
-        entries = {k: entry for entry in known for k in open_bounces if entry.bias_of(k) is not None}
+        entries = {k: entry for entry in known for k in open_bounces if entry.speaks_of(k)}
 
         def show(share: float) -> None:
             self.observer.progressed(share, f"open bounces: {', '.join(map(str, open_bounces))}")
@@ -147,6 +148,11 @@ class Comparing:
             denominator,
             alpha_of_look(self.settings.alpha, look),
             family=self.truth_means.size,
+            least_error=least_error(
+                event_size(sampler.pixels[k], sampler.spp),
+                truth,
+                self.regions.pixels() * sampler.spp * replicates.count,
+            ),
         )
         return Measured(
             bounce=k,

@@ -66,7 +66,9 @@ class TileResult(Struct, frozen=True, kw_only=True):
 class KnownDeviation(Struct, frozen=True, kw_only=True):
     """A deviation that was declared beforehand in known.toml, held against what was measured."""
 
-    declared_bias: float
+    declared_bias: Annotated[
+        float, Meta(description="in the channel that is shown; 0 if nothing is declared of it")
+    ]
     state: Annotated[
         DeclarationState,
         Meta(
