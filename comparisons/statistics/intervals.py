@@ -14,7 +14,8 @@ each (Bonferroni). Looks are sequential: look j spends α / (j (j + 1)), which s
 
 A tile that no bright path has hit yet has too small a spread, or none at all, beside a mean that is too low. So,
 unless its mean is the truth, its error is at least half of what tiles have on average (root mean square), less in
-proportion to the root of its light. In dim regions the simultaneous interval takes no standard error for smaller than that of rare events: ``rare_events.py``.
+proportion to the root of its light. In dim regions the simultaneous interval takes no standard error for smaller
+than that of rare events: ``rare_events.py``.
 """
 
 from __future__ import annotations
