@@ -36,8 +36,8 @@ def test_intervals_that_know_nothing_of_tails_are_found_out(monkeypatch: pytest.
 
 
 def test_a_rate_is_held_against_the_binomial_bound() -> None:
-    assert Rate("", 27, 2_000, 0.0, 0.01).kept  # 20 are expected, 27 or fewer come with 95 %
-    assert not Rate("", 28, 2_000, 0.0, 0.01).kept
+    assert Rate("", 28, 2_000, 0.0, 0.01).kept  # 20 are expected, 28 or fewer come with 95 %
+    assert not Rate("", 29, 2_000, 0.0, 0.01).kept
     assert not Rate("", 40, 2_000, 0.0, 0.01).kept
     assert Rate("", 90, 100, 0.85, 0.95).kept
     assert not Rate("", 60, 100, 0.85, 0.95).kept
