@@ -10,7 +10,7 @@ import numpy as np
 
 from comparisons.crew import Crew
 from comparisons.known import Deviation, declared
-from comparisons.metrics import partial_sum_metrics
+from comparisons.metrics import partial_sum_metrics, term_metrics
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, RendererFailed, Unsupported, canonical
 from comparisons.results import BounceResult, Comparison, Images, Look
@@ -149,6 +149,7 @@ class Comparing:
             renderer_version=version,
             looks=self.looks,
             metrics=partial_sum_metrics(mean, self.truth.mean),
+            term_metrics=term_metrics(mean, self.truth.mean),
             images=images,
             truth_source=self.truth.source,
             message=_undecided(bounces, self.settings.budget),

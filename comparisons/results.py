@@ -113,12 +113,16 @@ class BounceResult(Struct, frozen=True, kw_only=True):
 
 
 class Metrics(Struct, frozen=True, kw_only=True):
-    """Image metrics of the partial sum E + TE + … + TⁿE, n = ``bounces``. They inform, they never decide."""
+    """Image metrics of one image; formulas: ``comparisons.metrics``. They inform, they never decide."""
 
-    bounces: int
+    bounces: Annotated[int, Meta(description="which bounce, or the last one of the sum")]
     nrmse: float | None
     psnr: float | None
     ssim: float | None
+    rmse: float | None = None
+    rel_mse: float | None = None
+    flip: Annotated[float | None, Meta(description="HDR-FLIP, mean over pixels")] = None
+    delta_e: Annotated[float | None, Meta(description="CIEDE2000, mean over pixels")] = None
 
 
 class Images(Struct, frozen=True, kw_only=True):
@@ -161,7 +165,8 @@ class Comparison(Struct, frozen=True, kw_only=True):
     tiles: Annotated[tuple[int, int], Meta(description="rows and columns of the grid of tiles")]
     alpha: float
     looks: list[Look] = []
-    metrics: list[Metrics] = []
+    metrics: Annotated[list[Metrics], Meta(description="of the partial sums E + TE + … + TⁿE")] = []
+    term_metrics: Annotated[list[Metrics], Meta(description="of each term TᵏE by itself")] = []
     images: Images | None = None
     message: Annotated[str, Meta(description="why: the missing feature, the crash, the exhausted budget")] = (
         ""

@@ -77,11 +77,14 @@ def _environment() -> Environment:
         "date": quantities.date,
         "duration": quantities.duration,
         "term": quantities.term,
-        "partial_sum": quantities.partial_sum,
         "command": shlex.join,
         "web_link": web_link,
     }
-    environment.globals |= {"bias": quantities.bias}
+    environment.globals |= {
+        "bias": quantities.bias,
+        "term": quantities.term,
+        "partial_sum": quantities.partial_sum,
+    }
     return environment
 
 
