@@ -52,13 +52,14 @@ _ACES_85 = 2.1188723  # where the tone mapping curve that FLIP uses reaches 0.85
 _SSIM_WINDOW = 7
 
 
-def term_metrics(mean: Array, truth: Array) -> list[Metrics]:
+def term_metrics(mean: Array, truth: Array, first: int = 0) -> list[Metrics]:
     """The metrics of each term TᵏE by itself.
 
     Args:
         mean, truth: ``(bounces + 1, height, width, channels)``, finite.
+        first: what number the first of them has.
     """
-    return [image_metrics(k, image, answer) for k, (image, answer) in enumerate(zip(mean, truth, strict=True))]
+    return [image_metrics(k, x, t) for k, (x, t) in enumerate(zip(mean, truth, strict=True), start=first)]
 
 
 def partial_sum_metrics(mean: Array, truth: Array) -> list[Metrics]:
@@ -139,7 +140,8 @@ def delta_e(image: Array, truth: Array) -> float | None:
     exposure, colour = GREY / float(np.median(lit)), _colour()
     white = colour.RGB_COLOURSPACES["sRGB"].whitepoint
     ours, theirs = (
-        colour.XYZ_to_Lab(colour.RGB_to_XYZ(np.clip(exposure * a, 0, 1), "sRGB"), white) for a in (truth, image)
+        colour.XYZ_to_Lab(colour.RGB_to_XYZ(np.clip(exposure * a, 0, 1), "sRGB"), white)
+        for a in (truth, image)
     )
     return float(np.mean(colour.delta_E(ours, theirs, method="CIE 2000")))
 

@@ -125,6 +125,39 @@ class Metrics(Struct, frozen=True, kw_only=True):
     delta_e: Annotated[float | None, Meta(description="CIEDE2000, mean over pixels")] = None
 
 
+class Outlier(Struct, frozen=True, kw_only=True):
+    """A single pixel that holds far more than its surroundings."""
+
+    x: int
+    y: Annotated[int, Meta(description="row 0 is the top")]
+    channel: str
+    value: float
+    truth: float
+
+
+class ResidualNoise(Struct, frozen=True, kw_only=True):
+    """What the residuals of one image say of its noise; ``comparisons.statistics.residuals``."""
+
+    correlation: Annotated[float, Meta(description="of neighbouring pixels' residuals")]
+    correlation_error: Annotated[float, Meta(description="its standard error if they are independent")]
+    reach: Annotated[
+        int | None, Meta(description="pixels; 0: independent; null: noise and a smooth bias look alike")
+    ]
+    inflation: Annotated[float, Meta(description="of the variance of a tile's mean, by correlation")]
+    outliers: int
+    brightest_outliers: list[Outlier]
+
+
+class SingleImage(Struct, frozen=True, kw_only=True):
+    """A finished image from anywhere, held against a case without replicates; ``comparisons.single_image``."""
+
+    file: str
+    summed: Annotated[bool, Meta(description="it is the sum of all bounces up to that of its only entry")]
+    noise: Annotated[list[ResidualNoise], Meta(description="per bounce, or of the sum")]
+    limits: Annotated[list[str], Meta(description="what can't be told from it")]
+    hints: Annotated[list[str], Meta(description="what it may have gone through")] = []
+
+
 class Images(Struct, frozen=True, kw_only=True):
     """EXR files, relative to the folder of results.json. Layers: ``scenes.formats.exr``."""
 
@@ -173,6 +206,7 @@ class Comparison(Struct, frozen=True, kw_only=True):
     )
     log: Annotated[list[str], Meta(description="the last lines the renderer's process printed")] = []
     notes: list[str] = []
+    single_image: SingleImage | None = None
 
 
 class Provenance(Struct, frozen=True, kw_only=True):

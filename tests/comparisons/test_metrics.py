@@ -59,7 +59,7 @@ def test_equal_images(both: tuple[Array, Array]) -> None:
 
 
 def test_two_pixels_by_hand() -> None:
-    """Mean 2, so ε = 0.04: ((2 − 1)² / (1 + 0.04) + 0) / 2; squared error 1/2 of a mean square of 5, of a peak of 3."""
+    """Mean 2, so ε = 0.04: ((2 − 1)² / (1 + 0.04) + 0) / 2; squared error 1/2 of a mean square of 5, a peak of 3."""
     truth, image = np.array([1.0, 3.0]).reshape(1, 2, 1), np.array([2.0, 3.0]).reshape(1, 2, 1)
     found = image_metrics(0, image, truth)
     assert found.rel_mse == pytest.approx(1 / 1.04 / 2)
