@@ -32,6 +32,7 @@ any light in them: in a term most may be black, and the paper's rule has no fini
 from __future__ import annotations
 
 import warnings
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -106,13 +107,13 @@ def hdr_flip(truth: Array, image: Array) -> float | None:
         truth, image: linear sRGB, ``(height, width, 3)``. FLIP knows no negative light, which counts as none.
 
     Returns:
-        0 for equal images, at most 1; None where no pixel of the truth is lit.
+        0 for equal images, at most 1; None where no pixel of the truth is lit, or FLIP isn't installed.
     """
+    lit = _lit_luminance(truth)
+    if not lit.size or find_spec("flip_evaluator") is None:
+        return None
     import flip_evaluator
 
-    lit = _lit_luminance(truth)
-    if not lit.size:
-        return None
     scale = 1 / float(lit.max())  # 32 bits hold any scene then, and FLIP doesn't depend on it
     # given explicitly, since FLIP ends the whole process where it finds no exposures by itself
     stop = float(np.log2(_ACES_85 / (scale * np.median(lit))))

@@ -12,8 +12,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from comparisons.results import BounceResult, Comparison, Interval, ResidualNoise, Results
-from reports.quantities import partial_sum, term
+from comparisons.results import BounceResult, Comparison, Interval, Metrics, ResidualNoise, Results
+from reports.quantities import image_name, number, term
 
 _STYLE = {
     "pass": "green",
@@ -137,22 +137,22 @@ def show_single_image(out: Console, comparison: Comparison) -> None:
     size = f"{comparison.width}x{comparison.height}"
     out.print(Text(f"{comparison.renderer} × {comparison.case}, {size}: ").append(_verdict(comparison)))
     found = comparison.single_image
-    name = partial_sum if found and found.summed else term
     if comparison.bounces:
         table = Table(box=box.SIMPLE_HEAD)
         of_region = ("bias", "tolerance", "detectable")
         for heading in ("image", *of_region, "worst tile", *of_region):
             table.add_column(heading, no_wrap=True)
         for b in comparison.bounces:
-            table.add_row(name(b.bounce), *_of_image_and_tile(b))
+            table.add_row(image_name(comparison, b.bounce), *_of_image_and_tile(b))
         out.print(table)
         out.print(_SINGLE_CAPTION)
+        out.print(f"{_metrics(comparison.metrics[-1])}: these inform, they decide nothing", soft_wrap=True)
     for line in filter(None, (comparison.message, *comparison.notes)):
         out.print(line, soft_wrap=True)
     if found is not None:
         for b, noise in zip(comparison.bounces, found.noise, strict=True):
             if noise.outliers:
-                out.print(f"{name(b.bounce)}: {_outliers(noise)}", soft_wrap=True)
+                out.print(f"{image_name(comparison, b.bounce)}: {_outliers(noise)}", soft_wrap=True)
         for hint in found.hints:
             out.print(Text("Hint: ", "bold").append(hint, ""), soft_wrap=True)
         out.print("What can't be told:")
@@ -167,6 +167,18 @@ def _of_image_and_tile(b: BounceResult) -> tuple[str | Text, ...]:
     where = f"x {place.x0}-{place.x1 - 1}, y {place.y0}-{place.y1 - 1}"
     tile_bias = _bias(tile.bias, tile.interval)
     return _cell(b), tolerance, detectable, where, tile_bias, tile_tolerance, tile_detectable
+
+
+def _metrics(of: Metrics) -> str:
+    """Of the whole sum, those that are defined."""
+    values = {
+        "relMSE": of.rel_mse,
+        "PSNR (dB)": of.psnr,
+        "SSIM": of.ssim,
+        "HDR-FLIP": of.flip,
+        "ΔE₀₀": of.delta_e,
+    }
+    return "; ".join(f"{name} {number(value)}" for name, value in values.items() if value is not None)
 
 
 def _outliers(noise: ResidualNoise) -> str:

@@ -19,7 +19,16 @@ from comparisons.settings import Observer, Settings
 from comparisons.verdict import overall
 from scenes import Case
 
-_PACKAGES = ("lightproof", "numpy", "scipy", "mitsuba", "OpenImageIO", "scikit-image")
+_PACKAGES = (
+    "lightproof",
+    "numpy",
+    "scipy",
+    "mitsuba",
+    "OpenImageIO",
+    "colour-science",
+    "scikit-image",
+    "flip-evaluator",
+)
 
 EXIT_STATUS: dict[Verdict, int] = {
     "pass": 0,
