@@ -61,14 +61,15 @@ def hints(image: Array, terms: Array) -> list[str]:
 def _counted(image: Array, terms: Array) -> str:
     """Whether it has fewer bounces than asked for, or all of them; empty if not.
 
-    What lies beyond bounce n is taken for a geometric series with the ratio of the last two.
+    What lies beyond the last bounce is taken for a geometric series with the ratio of the last two, per channel.
     """
     sums, last = np.cumsum([_blocks(term) for term in terms], axis=0), len(terms) - 1
     weights, tried = _weights(sums[-1]), dict(enumerate(sums[:-1]))
     plain = _misfit(_blocks(image), sums[-1], weights)
-    before, end = (float(term.mean()) for term in (terms[max(last - 1, 0)], terms[last]))
-    if 0 < end < before:
-        tried[last + 1] = sums[-1] + _blocks(terms[last]) * end / (before - end)
+    before, end = (terms[k].mean(axis=(0, 1)) for k in (max(last - 1, 0), last))
+    ratio = np.divide(end, before, out=np.zeros_like(end), where=before > 0)
+    if last and ratio.max() < 1:
+        tried[last + 1] = sums[-1] + _blocks(terms[last]) * ratio / (1 - ratio)
     misfits = {n: _misfit(_blocks(image), expected, weights) for n, expected in tried.items()}
     best = min(misfits, key=lambda n: misfits[n], default=last)
     if best == last or misfits[best] > _FAR_BETTER * plain:

@@ -153,6 +153,9 @@ class SingleImage(Struct, frozen=True, kw_only=True):
 
     file: str
     summed: Annotated[bool, Meta(description="it is the sum of all bounces up to that of its only entry")]
+    independent: Annotated[
+        bool, Meta(description="its pixels were said to be; what is smooth is a bias then")
+    ]
     noise: Annotated[list[ResidualNoise], Meta(description="per bounce, or of the sum")]
     limits: Annotated[list[str], Meta(description="what can't be told from it")]
     hints: Annotated[list[str], Meta(description="what it may have gone through")] = []

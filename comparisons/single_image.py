@@ -46,7 +46,9 @@ class TooSmallError(ValueError):
     """An image whose noise can't be told from its residuals."""
 
 
-def check(case: Case, truth: Truth, name: str, picture: Finished, alpha: float) -> Comparison:
+def check(
+    case: Case, truth: Truth, name: str, picture: Finished, alpha: float, independent: bool = False
+) -> Comparison:
     """The verdict on a finished image.
 
     Args:
@@ -55,6 +57,7 @@ def check(case: Case, truth: Truth, name: str, picture: Finished, alpha: float) 
         name: what to call the picture.
         picture: radiance in the case's channels, or the luminance Y of a case in red, green and blue.
         alpha: probability of a wrong verdict.
+        independent: the pixels are known to be.
 
     Raises:
         TooSmallError: less than 16 pixels across.
@@ -77,7 +80,7 @@ def check(case: Case, truth: Truth, name: str, picture: Finished, alpha: float) 
     if problem := _not_finite(images):
         return Comparison(**told, verdict="error", bounces=[], seconds=0.0, message=problem)
     terms, expected = expectation(truth, picture)
-    checked = _Check(case, picture, terms, expected, alpha)
+    checked = _Check(case, picture, terms, expected, alpha, independent)
     bounces = [checked.judged(i) for i in range(len(images))]
     verdict = overall(b.verdict for b in bounces)
     return Comparison(
@@ -86,11 +89,12 @@ def check(case: Case, truth: Truth, name: str, picture: Finished, alpha: float) 
         verdict=verdict,
         bounces=bounces,
         seconds=time.monotonic() - start,
-        message=_undecided(bounces),
+        message=_undecided(bounces, checked),
         notes=_notes(images),
         single_image=SingleImage(
             file=name,
             summed=picture.summed,
+            independent=independent,
             noise=[checked.described(i) for i in range(len(images))],
             limits=checked.limits(),
             hints=[] if verdict == "pass" else hints(images.sum(axis=0), terms),
@@ -109,7 +113,7 @@ class _Check:
     """The images beside what they should be, and their noise.
 
     Attributes:
-        case, picture, alpha: as above.
+        case, picture, alpha, independent: as above.
         terms: the truth of each bounce.
         expected: that of each image: the terms, or their sum.
     """
@@ -119,6 +123,7 @@ class _Check:
     terms: Array
     expected: Array
     alpha: float
+    independent: bool
 
     @cached_property
     def regions(self) -> Regions:
@@ -137,8 +142,8 @@ class _Check:
 
     def _noise(self, i: int) -> Noise:
         image, truth = self.picture.images[i], self.expected[i]
-        rounding = (self.picture.rounding * np.maximum(np.abs(image), np.abs(truth))) ** 2 / 3
-        return residuals.noise(image - truth, truth, self._scale(i), rounding, self.windows)
+        rounding = self.picture.rounding * np.maximum(np.abs(image), np.abs(truth)) / 3**0.5
+        return residuals.noise(image - truth, truth, self._scale(i), rounding, self.windows, self.independent)
 
     def _scale(self, i: int) -> Array:
         """What a pixel's residual is relative to, as the biases of regions are."""
@@ -219,6 +224,9 @@ class _Check:
                 "Single pixels hold far more than their surroundings (outliers): whether that is too much or too "
                 "little can't be told. It counts as noise everywhere."
             )
+        if self.independent:
+            told = " though its residuals contradict it" if any(n.reach != 0 for n in self.noise) else ""
+            return [*found, f"That its pixels are independent is taken on your word{told}."]
         if any(noise.reach for noise in self.noise):
             found.append(
                 "Neighbouring residuals are correlated, by a pixel filter perhaps: intervals are wider."
@@ -227,7 +235,8 @@ class _Check:
             found.append(
                 "The residuals vary smoothly, as those of a denoised image do, but also those of a bias: inside a "
                 "tile the two can't be told apart. "
-                f"All intervals come from how the {len(self.windows)} tiles scatter."
+                f"All intervals come from how the {len(self.windows)} tiles scatter. "
+                "If no denoiser and no pixel filter but the box was at work, say --independent."
             )
         return found
 
@@ -255,13 +264,13 @@ def _notes(images: Array) -> list[str]:
     return [f"{negative} pixels are negative, down to {images.min():.3g}."] if negative else []
 
 
-def _undecided(bounces: list[BounceResult]) -> str:
+def _undecided(bounces: list[BounceResult], checked: _Check) -> str:
     """What could have been seen where there is no verdict; empty if all have one."""
     undecided = [b for b in bounces if b.verdict == "inconclusive"]
     if not undecided:
         return ""
     whole = max(b.detectable_bias for b in undecided)
     tile = max(b.worst_tile.detectable_bias for b in undecided)
-    return (
-        f"too much noise: a bias could have been detected from {whole:.2%} of the image, {tile:.2%} of a tile"
-    )
+    smooth = not checked.independent and any(noise.reach is None for noise in checked.noise)
+    why = "noise or bias, the two look alike" if smooth else "too much noise"
+    return f"{why}: a bias could have been detected from {whole:.2%} of the image, {tile:.2%} of a tile"

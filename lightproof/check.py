@@ -35,6 +35,7 @@ def check(
     case: options.OfCase,
     bounces: options.Bounces = None,
     layers: options.Layers = False,
+    independent: options.Independent = False,
     tolerance: options.Tolerance = None,
     tile_tolerance: options.TileTolerance = None,
     alpha: options.Alpha = DEFAULT_ALPHA,
@@ -69,7 +70,7 @@ def check(
         prepare(out)
     truth = _truth(asked, settings.jobs)
     try:
-        comparison = check_image(asked, truth, image.name, picture, alpha)
+        comparison = check_image(asked, truth, image.name, picture, alpha, independent)
     except TooSmallError as error:
         raise typer.BadParameter(str(error), param_hint="IMAGE") from None
     if out is not None:

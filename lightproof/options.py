@@ -114,6 +114,13 @@ Layers = Annotated[
         "--layers", help="The file has layers bounce0, bounce1, …, as 'lightproof answer' writes them."
     ),
 ]
+Independent = Annotated[
+    bool,
+    typer.Option(
+        "--independent",
+        help="Its pixels are: no denoiser, no filter but the box. Whatever is smooth counts as a bias then.",
+    ),
+]
 ReportFolder = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Folder for results.json, report.html, junit.xml and images."),

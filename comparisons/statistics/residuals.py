@@ -8,14 +8,14 @@ standard error of b, as far as pixels are independent or only near ones are not:
     σ² = Σ d² / (n − p),   ρ(h) = the correlation of d at the distance h, pooled over all tiles
     Var b = g σ² / n,      g = Σ_h ρ(h) n_h / n                           (n_h pairs of pixels are h apart)
 
-Where no ring of distances shows a correlation, g is 1. Each ring is tested by
+Where no correlation shows, g is 1. All pairs up to 1, 2, 4, … pixels apart are tested, and then each ring beyond, by
 
     z = Σ dᵢ dⱼ / √Σ dᵢ² dⱼ²
 
-over its pairs, about standard normal for independent pixels of any distributions. Fitting takes g P off their
-products, with P the projection of the fit; that is put back. Where ρ reaches as far as one can look, a quarter of a
-tile, noise and bias look alike inside a tile: only the scatter of tiles among each other is left, which takes tiles
-for independent (``reach`` is None).
+which is about standard normal for independent pixels of any distributions. Fitting takes g P off their products, with
+P the projection of the fit; that is put back. Where ρ reaches as far as one can look, a quarter of a
+tile, noise and bias look alike inside a tile: only the scatter of tiles among each other is left (``reach`` is None).
+Tiles are taken for independent then, but for a quarter that neighbours may share in the mean of the whole image.
 
 Outliers, pixels of more than twice the truth of all near ones and 20 times the usual scatter, are few and hold much:
 a tile without one isn't known to have less of that noise. So their moments are pooled over the image, in units of the
@@ -25,9 +25,11 @@ The variance has 2 / Var(σ̂²/σ²) degrees of freedom, from the fourth moment
 Skewness is corrected for by Hall's transformation (1992, On the removal of skewness by transformation, JRSS B 54(1)):
 with a the skewness of the mean and T = (b − β) / s,
 
-    T + a (2 T² + 1) / 6 + a² T³ / 27 = (3/a) ((1 + a T / 3)³ − 1) / 3 + a / 6      is nearly normal
+    T + a (2 T² + 1) / 6 + a² T³ / 27 = ((1 + a T / 3)³ − 1) / a + a / 6      is nearly normal
 
-None of this sees noise that all pixels share.
+Rounding to 16 or 32 bits is taken for the same in all pixels, as in a uniform image it is.
+
+None of this sees other noise that all pixels share.
 """
 
 from __future__ import annotations
@@ -105,34 +107,44 @@ def outliers(residual: Array, truth: Array, scale: Array, windows: Sequence[Wind
     return found
 
 
-def noise(residual: Array, truth: Array, scale: Array, rounding: Array, windows: Sequence[Window]) -> Noise:
+def noise(
+    residual: Array,
+    truth: Array,
+    scale: Array,
+    rounding: Array,
+    windows: Sequence[Window],
+    independent: bool = False,
+) -> Noise:
     """Estimate the noise of the means of the image and of its tiles.
 
     Args:
         residual: x − t, ``(height, width, channels)``.
         truth: t.
         scale: the truth, or what it is at least taken for; above 0.
-        rounding: the variance of each pixel's rounding.
+        rounding: the standard deviation of each pixel's rounding.
         windows: of the tiles, which cover the image, at least 8 × 8 pixels each.
+        independent: pixels are known to be: g is 1, whatever their correlation, and what is smooth is a bias.
     """
     odd = outliers(residual, truth, scale, windows)
-    tiles = [_Tile(residual[w], truth[w], ~odd[w]) for w in windows]
+    tiles = [_Tile(residual[w], truth[w], ~odd[w], rounding[w].mean(axis=(0, 1))) for w in windows]
     correlation = _correlation(tiles)
-    g, size = correlation.inflation, residual[..., 0].size
+    g, lags = (1.0, 0) if independent else (correlation.inflation, correlation.distances)
+    size = residual[..., 0].size
     unit = np.minimum(scale, scale.mean(axis=(0, 1)))  # a lamp's pixels get no more of it than others
     pooled = [np.mean(np.where(odd, residual / unit, 0) ** k, axis=(0, 1)) for k in range(5)]
     found = []
     for tile, window in zip(tiles, windows, strict=True):
         u2, u3 = (np.mean(unit[window] ** k, axis=(0, 1)) for k in (2, 3))
         n, share = tile.pixels, tile.inside.mean(axis=(0, 1))
-        variance = share * tile.variance + u2 * pooled[2] + rounding[window].mean(axis=(0, 1))
+        variance = share * tile.variance + u2 * pooled[2]
         third = share * tile.third + u3 * pooled[3]
         # of the variance as estimated: bulk from this tile, outliers from the whole image
         spread = share * (tile.fourth - tile.variance**2) / n + u2**2 * pooled[4] / size
-        spread += 2 * correlation.distances / size * variance**2
-        found.append((n, g * variance / n, g**2 * third / n**2, g**2 * spread / n**2))
+        spread += 2 * lags / size * variance**2
+        shared = tile.rounding**2
+        found.append((n, g * variance / n, g**2 * third / n**2, g**2 * spread / n**2, shared))
     error, skewness, freedom = _with_whole(*(np.array(values) for values in zip(*found, strict=True)))
-    if correlation.reach is None:
+    if correlation.reach is None and not independent:
         error, freedom = _between_tiles(error, residual, scale, windows)
         skewness = np.zeros_like(skewness)
     return Noise(error, skewness, freedom, correlation.neighbours, g, correlation.reach, odd)
@@ -145,29 +157,34 @@ class _Tile:
         pixels: how many.
         inside: which ones are no outliers, ``(rows, columns, channels)``.
         variance, third, fourth: moments of d, ``(channels,)``.
+        rounding: the mean standard deviation of pixels' rounding, which may be the same in all of them.
+        counted: how many pixels per channel have a say in the correlation.
         products: Σ d d' / σ² at the distances (dy, dx), as ``_autocorrelation`` has them.
         squares: Σ d² d'² / σ⁴.
         fitted: Σ P, of the projection onto what was fitted.
     """
 
-    def __init__(self, residual: Array, truth: Array, inside: NDArray[np.bool_]) -> None:
-        self.pixels, self.inside = inside[..., 0].size, inside
+    def __init__(
+        self, residual: Array, truth: Array, inside: NDArray[np.bool_], rounding: NDArray[np.float64]
+    ) -> None:
+        self.pixels, self.inside, self.rounding = inside[..., 0].size, inside, rounding
         moments, sums = [], []
-        for mask, r, t in zip(*(np.moveaxis(a, -1, 0) for a in (inside, residual, truth)), strict=True):
+        by_channel = (np.moveaxis(a, -1, 0) for a in (inside, residual, truth, rounding))
+        for mask, r, t, least in zip(*by_channel, strict=True):
             q = _basis(np.stack([np.ones_like(t), t], axis=-1), mask)
             r = np.where(mask, r, 0)
             d = r - q @ np.einsum("yxk,yx->k", q, r)
             count = int(mask.sum())
             variance = float((d**2).sum()) / max(count - q.shape[-1], 1)
             moments.append((variance, (d**3).sum() / count, (d**4).sum() / count))
-            if variance == 0:  # nothing to learn from
-                q, mask, variance = q[..., :0], np.zeros_like(mask), 1.0
+            if variance <= 4 * least**2:  # nothing to learn from
+                q, d, variance = q[..., :0], np.zeros_like(d), 1.0
             e = d / np.sqrt(variance)
             fitted = sum((_autocorrelation(q[..., k]) for k in range(q.shape[-1])), np.zeros(()))
             sums.append(np.broadcast_arrays(_autocorrelation(e), _autocorrelation(e**2), fitted))
         self.variance, self.third, self.fourth = np.array(moments).T
         self.products, self.squares, self.fitted = (np.array(values) for values in zip(*sums, strict=True))
-        self.counted = np.where(self.variance > 0, inside.sum(axis=(0, 1)), 0)
+        self.counted = np.where(self.products[:, 0, 0] > 0, inside.sum(axis=(0, 1)), 0)
 
 
 def _basis(columns: Array, mask: NDArray[np.bool_]) -> Array:
@@ -231,19 +248,23 @@ def _correlation(tiles: Sequence[_Tile]) -> _Correlation:
     return _Correlation(max(1.0, inflation(reach)), None, neighbours, (2 * far + 1) ** 2)
 
 
-def _with_whole(n: Array, variance: Array, third: Array, spread: Array) -> tuple[Array, Array, Array]:
+def _with_whole(
+    n: Array, variance: Array, third: Array, spread: Array, shared: Array
+) -> tuple[Array, Array, Array]:
     """Standard error, skewness and degrees of freedom of the image's mean and of those of tiles.
 
     Args:
         n: pixels of each tile.
         variance, third: second and third cumulant of the tiles' means, ``(tiles, channels)``.
         spread: the variance of ``variance``.
+        shared: what the variance has that all tiles may share.
     """
     weight = (n / n.sum())[:, None]
     of_image = [(weight**k * c).sum(axis=0) for k, c in ((2, variance), (3, third), (4, spread))]
     variance, third, spread = (
         np.vstack([whole, tiles]) for whole, tiles in zip(of_image, (variance, third, spread), strict=True)
     )
+    variance += np.vstack([(weight * np.sqrt(shared)).sum(axis=0) ** 2, shared])
     with np.errstate(divide="ignore", invalid="ignore"):
         skewness = np.where(variance > 0, third / variance**1.5, 0.0)
         freedom = np.where(spread > 0, 2 * variance**2 / spread, np.inf)
@@ -257,6 +278,7 @@ def _between_tiles(
     means = np.array([residual[w].mean(axis=(0, 1)) for w in windows])
     scales = np.array([scale[w].mean(axis=(0, 1)) for w in windows])
     tiles = np.sqrt(error[1:] ** 2 + (scales * (means / scales).std(axis=0, ddof=1)) ** 2)
-    whole = np.maximum(error[0], means.std(axis=0, ddof=1) / np.sqrt(len(windows)))
+    # next to each other, tiles may share a quarter of their noise: 1 + 4 / 4
+    whole = np.maximum(error[0], np.sqrt(2 / len(windows)) * means.std(axis=0, ddof=1))
     error = np.vstack([whole, tiles])
     return error, np.full_like(error, len(windows) - 1.0)
