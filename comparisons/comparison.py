@@ -11,7 +11,7 @@ import numpy as np
 
 from comparisons.crew import Crew
 from comparisons.known import Deviation, declared
-from comparisons.metrics import partial_sum_metrics
+from comparisons.metrics import partial_sum_metrics, term_metrics
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Comparison, Images, Look
@@ -186,7 +186,7 @@ class Comparing:
         gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
         vanished = [f"Bounce {k}: the declared deviation has vanished; remove its entry." for k in gone]
         return Comparison(
-            **_about(self.case, self.shown_name, self.settings),
+            **about(self.case, self.shown_name, self.settings),
             verdict=overall(b.verdict for b in bounces),
             seconds=sampler.seconds,
             spp=max(b.spp for b in bounces),
@@ -195,6 +195,7 @@ class Comparing:
             renderer_version=version,
             looks=self.looks,
             metrics=partial_sum_metrics(mean, self.truth.mean),
+            term_metrics=term_metrics(mean, self.truth.mean),
             images=images,
             truth_source=self.truth.source,
             message=_undecided(bounces, self.settings.budget),
@@ -233,7 +234,7 @@ def failed(
 ) -> Comparison:
     """The comparison that an error, or a feature that is missing, has made of it."""
     return Comparison(
-        **_about(case, renderer, settings),
+        **about(case, renderer, settings),
         verdict="unsupported" if isinstance(error, Unsupported) else "error",
         seconds=seconds,
         spp=0,
@@ -246,7 +247,7 @@ def failed(
     )
 
 
-def _about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
+def about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
     """The fields of a comparison that its outcome has no part in."""
     height, width, channels = case.scene.shape
     regions = Regions.of(height, width, case.tiles)

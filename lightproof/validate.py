@@ -19,7 +19,16 @@ from comparisons.settings import Observer, Settings
 from comparisons.verdict import overall
 from scenes import Case
 
-_PACKAGES = ("lightproof", "numpy", "scipy", "mitsuba", "OpenImageIO", "scikit-image")
+_PACKAGES = (
+    "lightproof",
+    "numpy",
+    "scipy",
+    "mitsuba",
+    "OpenImageIO",
+    "colour-science",
+    "scikit-image",
+    "flip-evaluator",
+)
 
 EXIT_STATUS: dict[Verdict, int] = {
     "pass": 0,
@@ -47,8 +56,8 @@ def validate(
     comparisons: list[Comparison] = []
 
     def write() -> Results:
-        provenance = _provenance(settings, date, time.monotonic() - start)
-        outcome = Results(provenance=provenance, comparisons=comparisons)
+        made = provenance(settings, date, time.monotonic() - start)
+        outcome = Results(provenance=made, comparisons=comparisons)
         results.write(outcome, folder)
         return outcome
 
@@ -65,7 +74,8 @@ def exit_status(outcome: Results) -> int:
     return EXIT_STATUS[overall(comparison.verdict for comparison in outcome.comparisons)]
 
 
-def _provenance(settings: Settings, date: datetime, seconds: float) -> Provenance:
+def provenance(settings: Settings, date: datetime, seconds: float) -> Provenance:
+    """What is needed to repeat a run that began at that date and took so long."""
     return Provenance(
         date=date.isoformat(timespec="seconds"),
         command_line=[Path(sys.argv[0]).name, *sys.argv[1:]],
