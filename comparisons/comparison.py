@@ -12,7 +12,7 @@ import numpy as np
 from comparisons.crew import Crew
 from comparisons.in_process import InProcess
 from comparisons.known import Deviation, declared
-from comparisons.metrics import partial_sum_metrics
+from comparisons.metrics import partial_sum_metrics, term_metrics
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Comparison, Images, Look
@@ -21,6 +21,7 @@ from comparisons.settings import Observer, Settings
 from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Means, alpha_of_look, biases, denominators
 from comparisons.statistics.moments import Moments
+from comparisons.statistics.rare_events import event_size, least_error
 from comparisons.truth import ESTIMATOR, STAND_IN
 from comparisons.verdict import Measured, judge, overall
 from scenes import Case, Estimate, Truth
@@ -82,7 +83,7 @@ class Comparing:
             RendererError: see ``RendererProcess.render``.
         """
         open_bounces = list(range(self.case.bounces + 1))
-        entries = {k: entry for entry in known for k in open_bounces if entry.bias_of(k) is not None}
+        entries = {k: entry for entry in known for k in open_bounces if entry.speaks_of(k)}
 
         def show(share: float) -> None:
             self.observer.progressed(share, f"open bounces: {', '.join(map(str, open_bounces))}")
@@ -157,6 +158,11 @@ class Comparing:
             denominator,
             alpha_of_look(self.settings.alpha, look),
             family=self.truth_means.size,
+            least_error=least_error(
+                event_size(sampler.pixels[k], sampler.spp),
+                truth,
+                self.regions.pixels() * sampler.spp * replicates.count,
+            ),
         )
         return Measured(
             bounce=k,
@@ -190,7 +196,7 @@ class Comparing:
         gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
         vanished = [f"Bounce {k}: the declared deviation has vanished; remove its entry." for k in gone]
         return Comparison(
-            **_about(self.case, self.shown_name, self.settings),
+            **about(self.case, self.shown_name, self.settings),
             verdict=overall(b.verdict for b in bounces),
             seconds=sampler.seconds,
             spp=max(b.spp for b in bounces),
@@ -199,6 +205,7 @@ class Comparing:
             renderer_version=version,
             looks=self.looks,
             metrics=partial_sum_metrics(mean, self.truth.mean),
+            term_metrics=term_metrics(mean, self.truth.mean),
             images=images,
             truth_source=self.truth.source,
             message=_undecided(bounces, self.settings.budget),
@@ -237,7 +244,7 @@ def failed(
 ) -> Comparison:
     """The comparison that an error, or a feature that is missing, has made of it."""
     return Comparison(
-        **_about(case, renderer, settings),
+        **about(case, renderer, settings),
         verdict="unsupported" if isinstance(error, Unsupported) else "error",
         seconds=seconds,
         spp=0,
@@ -250,7 +257,7 @@ def failed(
     )
 
 
-def _about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
+def about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
     """The fields of a comparison that its outcome has no part in."""
     height, width, channels = case.scene.shape
     regions = Regions.of(height, width, case.tiles)

@@ -111,17 +111,18 @@ def _declared(
     measured: Measured, tolerances: Array, plain: BounceVerdict, entry: Deviation
 ) -> tuple[BounceVerdict, KnownDeviation]:
     """The verdict where a deviation was declared, and what became of the declaration."""
-    bias = entry.bias_of(measured.bounce)
-    assert bias is not None
+    names = measured.channels
+    biases = entry.biases(measured.bounce, names)
+    center = np.array([biases.get(name, 0.0) for name in names])
+    shown = float(center[_margin(measured, tolerances)[0].argmax()])
 
     def now(state: DeclarationState) -> KnownDeviation:
-        return KnownDeviation(declared_bias=bias, state=state, reason=entry.reason, link=entry.link)
+        return KnownDeviation(declared_bias=shown, state=state, reason=entry.reason, link=entry.link)
 
     if not measured.enough:
         return "inconclusive", now("undecided")
-    named = [entry.channels is None or name in entry.channels for name in measured.channels]
-    within = np.where(named, _per_region(measured, entry.within, entry.tile_within), tolerances)
-    center = np.where(named, bias, 0.0)
+    deviates = np.array([name in biases for name in names])
+    within = np.where(deviates, _per_region(measured, entry.within, entry.tile_within), tolerances)
     as_declared = _decide(*_decisions(measured.biases, within, center))
     if plain == "pass":
         # within a tolerance as loose as that, one can't tell a declared deviation from none
@@ -135,6 +136,11 @@ def _declared(
             return "inconclusive", now("undecided")
 
 
+def _margin(measured: Measured, tolerances: Array) -> Array:
+    """How far outside its tolerance each region and channel lies, in standard errors; the worst is shown."""
+    return (np.abs(measured.biases.bias) - tolerances) / np.maximum(measured.biases.error, 1e-12)
+
+
 def _result(
     measured: Measured,
     tolerances: Array,
@@ -144,10 +150,8 @@ def _result(
     known: KnownDeviation | None,
 ) -> BounceResult:
     """The numbers of one bounce."""
-    found = measured.biases
-    # the worst is the one closest to failing, in standard errors
-    margin = (np.abs(found.bias) - tolerances) / np.maximum(found.error, 1e-12)
-    channels = [_channel(measured, c, float(tolerances[0, 0])) for c in range(found.bias.shape[1])]
+    found, margin = measured.biases, _margin(measured, tolerances)
+    channels = [_channel(measured, c, float(tolerances[0, 0])) for c in range(measured.mean.shape[1])]
     worst = channels[int(margin[0].argmax())]
     tile, tile_channel = divmod(int(margin[1:].argmax()), len(channels))
     return BounceResult(

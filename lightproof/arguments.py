@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import typer
@@ -11,6 +12,7 @@ from comparisons import known
 from comparisons.renderers import canonical
 from comparisons.settings import Settings
 from lightproof import cases, parameters
+from lightproof.folder import prepare
 from lightproof.host import Host
 from scenes import Case
 
@@ -114,6 +116,19 @@ def check_answer(case: Case, settings: Settings) -> None:
     except typer.BadParameter as error:
         raise ValueError(f"bounces: {error.message}") from None
     cases.check_answer(case, last, settings.size)
+
+
+def prepared(folder: Path) -> Path:
+    """The folder, made and cleared of what an earlier comparison left.
+
+    Raises:
+        ValueError: it can't be written.
+    """
+    try:
+        prepare(folder)
+    except typer.BadParameter as error:
+        raise ValueError(f"report: {error.message}") from None
+    return folder
 
 
 def within(value: N, limits: tuple[float, float], name: str) -> N:

@@ -18,7 +18,7 @@ from lightproof import arguments
 from lightproof.arguments import Shares
 from lightproof.explanation import explanation, headline
 from lightproof.host import Host, Unsupported
-from lightproof.validate import compare, prepare
+from lightproof.validate import compare
 from scenes import Case, UnknownNameError
 
 
@@ -88,10 +88,9 @@ def assert_bounces_match(
         settings = arguments.settings(host, tolerance, tile_tolerance, bounces, size, budget, alpha, seed)
         arguments.check_answer(chosen, settings)
         skips = arguments.skips(unsupported or host.unsupported)
+        folder = arguments.prepared(Path(report) if report is not None else host.folder(chosen.name))
     except (ValueError, TypeError, UnknownNameError) as error:
         raise error.with_traceback(None)  # noqa: B904 -- the mistake is the caller's, and shown there
-    folder = Path(report) if report is not None else host.folder(chosen.name)
-    prepare(folder)
     outcome = compare([chosen], [renderer], settings, folder, _Silent())
     [comparison] = outcome.comparisons
     host.note(comparison)

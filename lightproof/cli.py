@@ -1,4 +1,4 @@
-"""The command line: validate, render, answer, export, list, report."""
+"""The command line: validate, check, render, answer, export, list, report."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
 from comparisons.truth import truth_of
 from lightproof import exports, options, terminal
 from lightproof.cases import CaseError, announced, from_entry_point
+from lightproof.check import check
 from lightproof.choice import check_size, one_case, several_cases, subject
+from lightproof.folder import prepare
 from lightproof.parameters import percents, size
-from lightproof.validate import exit_status, prepare
+from lightproof.validate import exit_status
 from lightproof.validate import validate as run_validation
 from scenes import Case, Scene, SceneError, UnknownNameError, library
 from scenes.features import features
@@ -102,7 +104,7 @@ def validate(
         known=tuple(_known(known)),
         early_stop=early_stop,
     )
-    _prepare(out)
+    prepare(out)
     console = terminal.console()
     with terminal.Show(console, len(chosen) * len(renderers)) as show:
         try:
@@ -112,6 +114,9 @@ def validate(
     terminal.show_verdicts(console, outcome)
     console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
     raise typer.Exit(exit_status(outcome))
+
+
+app.command(epilog="Exit status as of 'lightproof validate'.")(check)
 
 
 @app.command()
@@ -245,14 +250,6 @@ def _of(wavelengths: tuple[float, ...] | None) -> str:
         return ""
     ends = f"{wavelengths[0]:g} to {wavelengths[-1]:g} nm"
     return f", each of {len(wavelengths)} wavelengths from {ends} and a picture in linear sRGB"
-
-
-def _prepare(out: Path) -> None:
-    try:
-        prepare(out)
-    except OSError as error:
-        message = f"{error.filename}: {error.strerror}; expected a folder that can be written"
-        raise typer.BadParameter(message, param_hint="--out") from None
 
 
 def _cases() -> list[dict[str, Any]]:

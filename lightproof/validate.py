@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import shutil
 import sys
 import time
 from collections.abc import Sequence
@@ -15,13 +14,22 @@ from pathlib import Path
 import reports
 from comparisons import campaign, results
 from comparisons.renderers import Renderer
-from comparisons.results import RESULTS_FILE, Comparison, Provenance, Results, Verdict
+from comparisons.results import Comparison, Provenance, Results, Verdict
 from comparisons.sequential import first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.verdict import overall
 from scenes import Case
 
-_PACKAGES = ("lightproof", "numpy", "scipy", "mitsuba", "OpenImageIO", "scikit-image")
+_PACKAGES = (
+    "lightproof",
+    "numpy",
+    "scipy",
+    "mitsuba",
+    "OpenImageIO",
+    "colour-science",
+    "scikit-image",
+    "flip-evaluator",
+)
 
 EXIT_STATUS: dict[Verdict, int] = {
     "pass": 0,
@@ -68,8 +76,8 @@ def compare(
     comparisons: list[Comparison] = []
 
     def write() -> Results:
-        provenance = _provenance(settings, date, time.monotonic() - start)
-        outcome = Results(provenance=provenance, comparisons=comparisons)
+        made = provenance(settings, date, time.monotonic() - start)
+        outcome = Results(provenance=made, comparisons=comparisons)
         results.write(outcome, folder)
         return outcome
 
@@ -79,25 +87,13 @@ def compare(
     return write()
 
 
-def prepare(folder: Path) -> None:
-    """Make the folder; what an earlier run left goes, so that the folder holds one run.
-
-    Raises:
-        OSError: it can't be written.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    if (folder / RESULTS_FILE).exists():
-        shutil.rmtree(folder / "images", ignore_errors=True)
-        for name in (RESULTS_FILE, reports.REPORT_FILE, reports.JUNIT_FILE):
-            (folder / name).unlink(missing_ok=True)
-
-
 def exit_status(outcome: Results) -> int:
     """0 nothing wrong, 1 fail, 3 error, 4 inconclusive, 5 nothing could be compared; 1 before 3 before 4."""
     return EXIT_STATUS[overall(comparison.verdict for comparison in outcome.comparisons)]
 
 
-def _provenance(settings: Settings, date: datetime, seconds: float) -> Provenance:
+def provenance(settings: Settings, date: datetime, seconds: float) -> Provenance:
+    """What is needed to repeat a run that began at that date and took so long."""
     return Provenance(
         date=date.isoformat(timespec="seconds"),
         command_line=[Path(sys.argv[0]).name, *sys.argv[1:]],

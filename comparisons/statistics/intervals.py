@@ -13,7 +13,9 @@ the tolerance (Berger 1982). ``simultaneous`` ones hold together over all m inte
 each (Bonferroni). Looks are sequential: look j spends α / (j (j + 1)), which sums to α over any number of them.
 
 A tile that no bright path has hit yet has too small a spread, or none at all, beside a mean that is too low. So,
-unless its mean is the truth, its error is at least half of what tiles have on average (root mean square).
+unless its mean is the truth, its error is at least half of what tiles have on average (root mean square), less in
+proportion to the root of its light. In dim regions the simultaneous interval takes no standard error for smaller
+than that of rare events: ``rare_events.py``.
 """
 
 from __future__ import annotations
@@ -26,11 +28,9 @@ from scipy import stats
 
 from comparisons.statistics import power, skewness
 from comparisons.statistics.moments import Moments
+from comparisons.statistics.rare_events import FLOOR
 
 Array = NDArray[np.float64]
-
-FLOOR = 0.05
-"""A region's denominator is at least this share of the mean of the bounce's image."""
 
 SHARE = 0.5
 """Of the tiles' standard error (root mean square) that each of them has at least."""
@@ -135,7 +135,14 @@ def denominators(truth: Array) -> Array:
     return np.where(image > 0, floor, np.where(whole_sum > 0, whole_sum, 1.0))
 
 
-def biases(measured: Means, truth: Means, denominator: Array, alpha: float, family: int) -> Biases:
+def biases(
+    measured: Means,
+    truth: Means,
+    denominator: Array,
+    alpha: float,
+    family: int,
+    least_error: Array | float = 0.0,
+) -> Biases:
     """Intervals for the relative bias of each region and channel of one bounce.
 
     Args:
@@ -143,6 +150,7 @@ def biases(measured: Means, truth: Means, denominator: Array, alpha: float, fami
         denominator: what biases are relative to, of the same shape; see ``denominators``.
         alpha: of this look.
         family: how many intervals hold together: regions × bounces × channels.
+        least_error: of the measured means, that simultaneous intervals take for the least; see ``rare_events.py``.
     """
     s = _at_least_shared(measured, truth, denominator)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -165,13 +173,14 @@ def biases(measured: Means, truth: Means, denominator: Array, alpha: float, fami
         [q * skewness.stretch(tail * (q + tail / 6)) for tail in tails]
         for q in (stats.t.isf(alpha / 2, freedom), stats.t.isf(alpha / 2 / family, freedom))
     )
+    cautious = np.maximum(error, least_error / denominator)
     return Biases(
         bias=bias,
         error=error,
         own=Range(bias - own[0] * error, bias + own[1] * error),
-        simultaneous=Range(bias - simultaneous[0] * error, bias + simultaneous[1] * error),
-        resolution=power.resolution(simultaneous, tails, spread, freedom) * error,
-        p_value=_p_values(bias, error, freedom),
+        simultaneous=Range(bias - simultaneous[0] * cautious, bias + simultaneous[1] * cautious),
+        resolution=power.resolution(simultaneous, tails, spread, freedom) * cautious,
+        p_value=p_values(bias, error, freedom),
     )
 
 
@@ -181,10 +190,15 @@ def _at_least_shared(measured: Means, truth: Means, denominator: Array) -> Array
         return measured.error
     off_the_truth = np.abs(measured.mean - truth.mean) > _NO_DEVIATION * denominator
     average = np.sqrt(np.mean(measured.error[1:] ** 2, axis=0))
-    return np.where(off_the_truth, np.maximum(measured.error, SHARE * average), measured.error)
+    # events of one size at a rate in proportion to the light have an error in proportion to its root
+    image = truth.mean[:1]
+    light = np.divide(truth.mean, image, out=np.ones_like(truth.mean), where=image > 0)
+    least = SHARE * average * np.sqrt(np.clip(light, 0, 1))
+    return np.where(off_the_truth, np.maximum(measured.error, least), measured.error)
 
 
-def _p_values(bias: Array, error: Array, freedom: Array) -> Array:
+def p_values(bias: Array, error: Array, freedom: Array) -> Array:
+    """Of no bias at all, two-sided; 1 where there is no noise."""
     noisy = error > 0
     t = np.divide(np.abs(bias), error, out=np.zeros_like(bias), where=noisy)
     return np.where(noisy, 2 * stats.t.sf(t, freedom), 1.0)

@@ -178,6 +178,18 @@ def test_a_declaration_covers_its_channels_alone() -> None:
     assert judged(everywhere(0.05, "R"), 0.0005, entry(0.05)).verdict == "fail"
 
 
+def test_channels_that_deviate_differently_are_each_held_against_their_own() -> None:
+    each = msgspec.structs.replace(entry(0.05), bias=[[0.05, -0.08]], channels=["R", "B"])
+    deviating = np.tile([0.05, 0.0, -0.08], (17, 1))
+    found = judged(deviating, 0.0005, each)
+    assert found.verdict == "known"
+    assert found.known is not None
+    assert (found.channel, found.known.declared_bias) == ("B", -0.08)
+    assert judged(-deviating, 0.0005, each).verdict == "fail"
+    assert judged(deviating[:, [2, 1, 0]], 0.0005, each).verdict == "fail"
+    assert judged(everywhere(0.05, "R"), 0.0005, each).verdict == "fail"
+
+
 @pytest.mark.parametrize(
     ("found", "expected"),
     [

@@ -136,6 +136,7 @@ def test_unsupported_skips_wherever_it_runs_unless_it_must_not() -> None:
         ({"alpha": 0.0}, ValueError, "alpha: expected a number from 1e-12 to 0.5, found 0.0"),
         ({"seed": -1}, ValueError, "seed: expected a number from 0"),
         ({"case": "glass-slab", "bounces": 99}, ValueError, "bounces: 99: the answer of glass-slab holds"),
+        ({"report": Path(__file__, "folder")}, ValueError, "report: "),
         ({"unsupported": "ignore"}, ValueError, "unsupported: expected 'skip' or 'fail', found 'ignore'"),
     ],
 )  # fmt: skip
