@@ -12,7 +12,7 @@ from pathlib import Path
 
 import reports
 from comparisons.renderers import Renderer
-from comparisons.results import Comparison
+from comparisons.results import Comparison, Results
 from comparisons.settings import DEFAULT_ALPHA
 from lightproof import arguments
 from lightproof.arguments import Shares
@@ -92,11 +92,17 @@ def assert_bounces_match(
     except (ValueError, TypeError, UnknownNameError) as error:
         raise error.with_traceback(None)  # noqa: B904 -- the mistake is the caller's, and shown there
     outcome = compare([chosen], [renderer], settings, folder, _Silent())
+    host.note(outcome.comparisons[0])
+    return _concluded(outcome, folder, host, skips, keeps=report is not None or host.keeps)
+
+
+def _concluded(outcome: Results, folder: Path, host: Host, skips: bool, keeps: bool) -> Comparison:
+    """What agrees is returned, what does not is raised with its report."""
+    __tracebackhide__ = True
     [comparison] = outcome.comparisons
-    host.note(comparison)
     skips = skips and comparison.verdict == "unsupported"
     fine = skips or comparison.verdict in ("pass", "known")
-    if fine and report is None and not host.keeps:
+    if fine and not keeps:
         shutil.rmtree(folder, ignore_errors=True)
     else:
         reports.render(folder)
