@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from comparisons import sequential
 from comparisons.comparison import Comparing, failed
 from comparisons.crew import Crew
 from comparisons.probe import Probe
@@ -29,7 +30,7 @@ def run(
     for name in renderers:
         canonical(name)
     with Crew(settings.jobs) as crew:
-        probe = Probe(crew)
+        probe = Probe(crew, settings.budget + sequential.GRACE)
         for case in cases:
             yield from _against_all(
                 _adjusted(case, settings), renderers, settings, folder, crew, probe, observer
