@@ -46,7 +46,9 @@ def cornell_box_spectral() -> Case:
             "The empty Cornell box with the reflectances that Cornell University measured and the lamp's published "
             "spectrum, linear between its four values. T = ρ(λ) F: the form factors F are geometry and the same for "
             "all wavelengths, so finite elements compute one operator F and apply it at every wavelength with that "
-            "wavelength's albedos. Every second measurement is taken, from 404 nm on (at 400 nm the lamp is dark)."
+            "wavelength's albedos. Every second measurement is taken, from 404 nm on (at 400 nm the lamp is dark).\n"
+            "The reference tracer is not held to ±0.2 % at every bounce, since few paths carry the later ones: of "
+            "the mean of the image half a million of them resolve 0.2, 1, 2, 4 and 5 % of TE to T⁵E."
         ),
         blind_to="visibility: no surface hides another; wavelengths that influence one another, as in fluorescence",
         wavelengths=_CORNELL,
