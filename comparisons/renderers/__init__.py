@@ -8,6 +8,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from comparisons.renderers.protocol import (
+    Hits,
     Images,
     Renderer,
     RendererError,
@@ -21,6 +22,7 @@ __all__ = [
     "RENDERERS",
     "SHORT_NAMES",
     "Entry",
+    "Hits",
     "Images",
     "Renderer",
     "RendererError",
