@@ -10,10 +10,10 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from comparisons.crew import Crew
 from comparisons.regions import Regions
 from comparisons.renderers import Images
 from comparisons.statistics.moments import Moments
@@ -43,6 +43,8 @@ class Job:
         seed: replicate r gets seed + r.
         budget: seconds.
         on_progress: called with the share of the budget that is used.
+        first_look: seconds that the first ``MIN_REPLICATES`` should take, if an eighth of the budget is not less.
+        least_spp: of a replicate, however long they take: few samples, and most of the time is not rendering.
     """
 
     renderer: str
@@ -51,6 +53,19 @@ class Job:
     seed: int
     budget: float
     on_progress: Callable[[float], None] = lambda done: None
+    first_look: float = FIRST_LOOK
+    least_spp: int = 1
+
+
+class Renders(Protocol):
+    """Who renders: a crew, or who asks one."""
+
+    jobs: int
+
+    def render(
+        self, name: str, scene: Scene, bounces: Sequence[int], spp: int, seed: int, timeout: float
+    ) -> Future[Images]:
+        """As ``Crew.render``."""
 
 
 def first_seed(seed: int) -> int:
@@ -67,7 +82,7 @@ class Sampler:
         spp: of each replicate.
     """
 
-    def __init__(self, job: Job, crew: Crew, regions: Regions) -> None:
+    def __init__(self, job: Job, crew: Renders, regions: Regions) -> None:
         """Find out how long the renderer takes.
 
         Raises:
@@ -138,9 +153,9 @@ class Sampler:
             if elapsed > _PILOT or elapsed * 4 > budget / 8 or spp >= MOST_SPP:
                 break
             spp *= 4
-        first_look = min(FIRST_LOOK, budget / 8)
+        first_look = min(self._job.first_look, budget / 8)
         wanted = int(first_look * self._crew.jobs / MIN_REPLICATES * spp / elapsed)
-        return min(max(1, wanted), MOST_SPP)
+        return min(max(self._job.least_spp, wanted), MOST_SPP)
 
     def _submit(self, bounces: Sequence[int], spp: int, seed: int) -> Future[Images]:
         job = self._job

@@ -1,9 +1,9 @@
 """What a sensor sees first: G from the eye alone, in closed form, one ray through each pixel.
 
-A flat shape spans local coordinates, x = c + s u + t v + h (u × v). A ray o + τ d meets its plane at τ = −h(o) / h(d),
-and the shape where s and t are those of one of its points. An ellipsoid is the unit sphere in the coordinates
-q = M⁻¹ (x − c), where |q(o) + τ M⁻¹ d|² = 1 is a quadratic equation in τ. The first hit has the least τ > 0 of all
-shapes, found by trying every one of them. This shares no code with the tracer.
+A flat shape spans local coordinates, x = c + s u + t v + h (u × v). A ray o + τ d meets its plane at
+τ = −h(o) / h(d), and the shape where s and t are those of one of its points. An ellipsoid is the unit sphere in
+q = M⁻¹ (x − c), where |q(o) + τ M⁻¹ d|² = 1 is a quadratic equation in τ. The first hit has the least τ > 0 of
+all shapes, found by trying every one of them. This shares no code with the tracer.
 
 Each ray starts at the sensor, in empty space: no ray starts on a surface here.
 """
@@ -132,9 +132,7 @@ def _flat(
     return tau[0], np.tile(n.T, origin.shape[1])
 
 
-def _flats(
-    start: Array, u: Array, v: Array, inside: Inside, origin: Array, d: Array
-) -> tuple[Array, Array]:
+def _flats(start: Array, u: Array, v: Array, inside: Inside, origin: Array, d: Array) -> tuple[Array, Array]:
     """Distances to m flat shapes, ``(m, n)``, and their unit normals, ``(m, 3)``; all arguments ``(m, 3)``."""
     across = np.cross(u, v)
     local = np.linalg.inv(np.stack([u, v, across], axis=-1))
@@ -159,9 +157,7 @@ def _mesh(mesh: Mesh, origin: Array, d: Array) -> tuple[Array, Array]:
     return nearest, normal
 
 
-def _ellipsoid(
-    center: object, matrix: Array, inward: bool, origin: Array, d: Array
-) -> tuple[Array, Array]:
+def _ellipsoid(center: object, matrix: Array, inward: bool, origin: Array, d: Array) -> tuple[Array, Array]:
     local = np.linalg.inv(matrix)
     q, w = local @ (origin - np.asarray(center, dtype=float)[:, None]), local @ d
     # |q + τ w|² = 1: a τ² + 2 b τ + c = 0

@@ -31,6 +31,7 @@ __all__ = [
     "Unsupported",
     "canonical",
     "create",
+    "strategies_of",
 ]
 
 
@@ -80,6 +81,10 @@ SHORT_NAMES: Mapping[str, str] = MappingProxyType(
 )
 
 
+STRATEGIES = ("reference:mis", "reference:nee", "reference:bsdf", "reference:mis:sobol")
+"""Renderers that differ in how they sample, and in nothing else. Variants of Mitsuba run the same strategy."""
+
+
 def canonical(name: str) -> str:
     """The full name behind a short one: ``mitsuba`` is ``mitsuba:scalar_rgb``.
 
@@ -89,6 +94,11 @@ def canonical(name: str) -> str:
     full = SHORT_NAMES.get(name, name)
     look_up("renderer", full, {**dict.fromkeys(SHORT_NAMES), **RENDERERS})
     return full
+
+
+def strategies_of(name: str) -> tuple[str, ...]:
+    """The other ways in which the renderer of that full name can estimate the same image."""
+    return tuple(other for other in STRATEGIES if other != name) if name in STRATEGIES else ()
 
 
 def create(name: str) -> Renderer:

@@ -99,7 +99,9 @@ class RendererProcess:
         hits = self._ask(FirstHits(scene), timeout)
         shape = (5, scene.sensor.height * scene.sensor.width)
         if hits.shape != shape or np.isnan(hits).any():
-            raise RendererFailed(f"returned hits of shape {hits.shape}, expected {shape}, all of them numbers")
+            raise RendererFailed(
+                f"returned hits of shape {hits.shape}, expected {shape}, all of them numbers"
+            )
         return hits
 
     def _ask(self, request: Request, timeout: float) -> Images:
