@@ -24,5 +24,5 @@ LINEARITY = Relation(
     statement=f"Tᵏ(sE) = s TᵏE, s = {FACTOR:g}",
     blind_to="a wrong factor, and whatever else does not depend on how bright the scene is",
     claims=_claims,
-    scenes=("cornell-box", "lights"),
+    scenes=("room", "lights"),
 )

@@ -29,5 +29,5 @@ PARTIAL_SUMS = Relation(
     statement="TᵏE of a render of E … TⁿE = TᵏE of a render of TᵏE alone, k = 0 … n",
     blind_to="bounces that are all numbered wrongly in the same way",
     claims=_claims,
-    scenes=("cornell-box",),
+    scenes=("room",),
 )
