@@ -56,7 +56,7 @@ RELATIONS: Mapping[str, Relation] = MappingProxyType(
 """From G to the estimator."""
 
 CHEAP_BUDGET, CHEAP_BOUNCES, CHEAP_WALKS = 20.0, 2, 2048
-CHEAP_TOLERANCE = Tolerance(image=(0.10, 0.05), tile=(0.50, 0.25))
+CHEAP_TOLERANCE = Tolerance(image=(0.10, 0.05, 0.10), tile=(0.50, 0.25, 0.50))
 """In a run that is about something else: half a second each on an idle machine, for faults that are gross."""
 
 

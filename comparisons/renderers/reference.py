@@ -12,7 +12,7 @@ from reference_tracer.propagation import RayCaster
 from reference_tracer.random_walk import STRATEGIES, Strategy, render
 from reference_tracer.samplers import SAMPLERS, Block, SamplerName
 from reference_tracer.sensing import camera_rays
-from scenes import IrradianceMeter, Scene
+from scenes import IrradianceMeter, Pinhole, Scene, ThinLens
 
 
 class ReferenceRenderer:
@@ -33,12 +33,14 @@ class ReferenceRenderer:
 
     def first_hits(self, scene: Scene) -> Hits:
         """Rays through the centres of pixels; see the protocol."""
-        if isinstance(scene.sensor, IrradianceMeter):
+        sensor = scene.sensor
+        if isinstance(sensor, IrradianceMeter):
             raise Unsupported("irradiance_meter sensor: its pixel is no ray")
+        if isinstance(sensor, ThinLens):  # through the centre of its lens, it is a pinhole
+            sensor = Pinhole(*(getattr(sensor, field) for field in Pinhole.__struct_fields__))
         height, width, _ = scene.shape
         row, column = np.mgrid[:height, :width].reshape(2, -1)
-        # whatever else a sensor draws is ½: the centre of a lens
-        centers = Block(np.stack([column, row]) + 0.5, lambda d, lanes: np.full((d, len(lanes)), 0.5))
-        rays, cast = camera_rays(scene.sensor, centers), RayCaster(scene)
+        centers = Block(np.stack([column, row]) + 0.5, lambda d, lanes: np.zeros((d, len(lanes))))
+        rays, cast = camera_rays(sensor, centers), RayCaster(scene)
         hits, distance = cast(rays.origin, rays.d), cast.distance(rays.origin, rays.d)
         return np.stack([distance, *np.where(np.isfinite(distance), hits.n, 0.0), hits.surface])
