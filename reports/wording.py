@@ -15,7 +15,7 @@ MEANINGS: dict[Verdict, str] = {
     "fail": "Some interval, simultaneous over regions, bounces and channels, lies outside ± its tolerance.",
     "inconclusive": "Neither of the two, and the budget is used up. Never to be read as a pass.",
     "known": "A deviation that was declared beforehand, and measured to be the declared one.",
-    "unsupported": "The renderer can't express the scene; nothing was compared.",
+    "unsupported": "The renderer can't express the scene, or a relation says nothing of it; nothing was compared.",
     "error": "The renderer crashed, hung, or returned something that is no image.",
 }
 # the most urgent first: it names the outcome of the whole run

@@ -114,9 +114,6 @@ class _Trying:
         self.budget = settings.budget if task.budget is None else min(task.budget, settings.budget)
         self.bounces = task.subject.bounces if settings.bounces is None else settings.bounces
         self.version = ""
-        # two relations share no random numbers, nor do two scenes
-        key = zlib.crc32(f"{self.relation.name} {self.subject.name}".encode())
-        self.seed = first_seed(settings.seed << 32 | key)
         image, tile = settings.tolerance, settings.tile_tolerance
         usual = task.tolerance or self.relation.tolerance
         self.tolerance = Tolerance(
@@ -164,8 +161,11 @@ class _Trying:
 
         scene = claim.first[0].scene
         least = -(-self.walks // (scene.shape[0] * scene.shape[1]))
-        job = Job(self.name, scene, bounces, self.seed, self.budget, show, FIRST_LOOK, least)
-        sampler = Sampler(job, Pairs(claim, self.crew, self.seed), regions)
+        # no two claims share random numbers, on whatever scene
+        key = zlib.crc32(f"{self.relation.name} {claim.label} {self.subject.name}".encode())
+        seed = first_seed(self.settings.seed << 32 | key)
+        job = Job(self.name, scene, bounces, seed, self.budget, show, FIRST_LOOK, least)
+        sampler = Sampler(job, Pairs(claim, self.crew, seed), regions)
         target = MIN_REPLICATES
         while True:
             sampler.draw(open_bounces, target)
