@@ -36,8 +36,8 @@ def one_lamp_lost(scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> 
 
 
 def clamped(scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
-    """Fireflies are cut at a radiance of 10."""
-    return np.minimum(right(scene, bounces, spp, seed), 10.0)
+    """Fireflies are cut at a radiance of 1."""
+    return np.minimum(right(scene, bounces, spp, seed), 1.0)
 
 
 def albedo_twice(scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
