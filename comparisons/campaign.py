@@ -8,6 +8,7 @@ from pathlib import Path
 
 from comparisons.comparison import Comparing, failed
 from comparisons.crew import Crew
+from comparisons.probe import Probe
 from comparisons.renderers import RendererError, canonical
 from comparisons.results import Comparison
 from comparisons.settings import Observer, Settings
@@ -28,8 +29,11 @@ def run(
     for name in renderers:
         canonical(name)
     with Crew(settings.jobs) as crew:
+        probe = Probe(crew)
         for case in cases:
-            yield from _against_all(_adjusted(case, settings), renderers, settings, folder, crew, observer)
+            yield from _against_all(
+                _adjusted(case, settings), renderers, settings, folder, crew, probe, observer
+            )
 
 
 def _adjusted(case: Case, settings: Settings) -> Case:
@@ -39,14 +43,20 @@ def _adjusted(case: Case, settings: Settings) -> Case:
         scene=case.scene.resized(*settings.size) if settings.size else case.scene,
         bounces=case.bounces if settings.bounces is None else settings.bounces,
         tolerance=Tolerance(
-            image=case.tolerance.image if settings.tolerance is None else (settings.tolerance,),
-            tile=case.tolerance.tile if settings.tile_tolerance is None else (settings.tile_tolerance,),
+            image=case.tolerance.image if settings.tolerance is None else settings.tolerance,
+            tile=case.tolerance.tile if settings.tile_tolerance is None else settings.tile_tolerance,
         ),
     )
 
 
 def _against_all(
-    case: Case, renderers: Sequence[str], settings: Settings, folder: Path, crew: Crew, observer: Observer
+    case: Case,
+    renderers: Sequence[str],
+    settings: Settings,
+    folder: Path,
+    crew: Crew,
+    probe: Probe,
+    observer: Observer,
 ) -> Iterator[Comparison]:
     """The truth once, then every renderer against it."""
     observer.started(case.name, renderers[0])
@@ -54,7 +64,7 @@ def _against_all(
     images.mkdir(parents=True, exist_ok=True)
     try:
         truth = truth_of(case, crew, lambda share: observer.progressed(share, "estimating the truth"))
-        exr.write_bounces(images / "truth.exr", truth.mean, truth.stderr)
+        exr.write_bounces(images / "truth.exr", truth.mean, truth.stderr, wavelengths=case.wavelengths)
     except (RendererError, exr.ImageError, OSError) as error:
         for renderer in renderers:
             comparison = failed(case, renderer, settings, RendererError(f"there is no truth: {error}"))
@@ -64,6 +74,11 @@ def _against_all(
     for i, renderer in enumerate(renderers):
         if i:
             observer.started(case.name, renderer)
-        comparison = Comparing(case, renderer, truth, settings, crew, observer).run(folder)
+        complaint = probe.complaint(canonical(renderer))
+        comparison = (
+            failed(case, renderer, settings, complaint)
+            if complaint
+            else Comparing(case, renderer, truth, settings, crew, observer).run(folder)
+        )
         observer.finished(comparison)
         yield comparison

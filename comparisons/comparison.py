@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +13,25 @@ from comparisons.crew import Crew
 from comparisons.known import Deviation, declared
 from comparisons.metrics import partial_sum_metrics
 from comparisons.regions import Regions
-from comparisons.renderers import RendererError, RendererFailed, Unsupported, canonical
+from comparisons.renderers import RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Comparison, Images, Look
-from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
+from comparisons.sequential import FIRST_LOOK, MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
-from comparisons.statistics.intervals import alpha_of_look, biases, denominators
+from comparisons.statistics import skewness
+from comparisons.statistics.intervals import Means, alpha_of_look, biases, denominators
+from comparisons.statistics.moments import Moments
+from comparisons.statistics.rare_events import event_size, least_error
 from comparisons.truth import ESTIMATOR, STAND_IN
 from comparisons.verdict import Measured, judge, overall
 from scenes import Case, Estimate, Truth
+from scenes.channels import channel_names
 from scenes.formats import exr
+
+_AS_NOISY = 0.8
+"""Bounces are sampled together if their noise is at least this share of the largest."""
+
+_DOMINANT = 0.5
+"""Share of a region's squared deviations from which on a single replicate is said to dominate."""
 
 
 class Comparing:
@@ -35,6 +46,7 @@ class Comparing:
         self.truth_means = self.regions.means(truth.mean)
         self.truth_errors = self.regions.stderr(truth.stderr)
         self.denominators = denominators(self.truth_means)
+        self.traits = traits(self.name)
         self.found: dict[int, BounceResult] = {}
         self.looks: list[Look] = []
 
@@ -52,77 +64,110 @@ class Comparing:
         return self._result(sampler, version, folder)
 
     def _sample(self, known: list[Deviation]) -> Sampler:
-        """Look after 32, 64, 128, … replicates, and at the end of the budget.
+        """Sample and look, twice as late each time, until every bounce is decided or the budget is used up.
 
-        Between looks only the bounces that are still open are sampled: that is where samples decide. A bounce
-        that is decided keeps the numbers of the look that decided it.
+        Without early stop there is one look, at the end. A bounce that is decided keeps the numbers of the look
+        that decided it, and is not sampled any more.
 
         Raises:
-            RendererError: see ``RendererProcess.render``; or it takes no notice of its seed.
+            RendererError: see ``RendererProcess.render``.
         """
         open_bounces = list(range(self.case.bounces + 1))
-        entries = {k: entry for entry in known for k in open_bounces if entry.bias_of(k) is not None}
+        entries = {k: entry for entry in known for k in open_bounces if entry.speaks_of(k)}
 
         def show(share: float) -> None:
             self.observer.progressed(share, f"open bounces: {', '.join(map(str, open_bounces))}")
 
-        seed = first_seed(self.settings.seed)
-        job = Job(self.name, self.case.scene, list(open_bounces), seed, self.settings.budget, show)
-        sampler = Sampler(job, self.crew, self.regions)
-        target = MIN_REPLICATES
+        sampler = Sampler(self._job(show), self.crew, self.regions)
+        sampler.draw(open_bounces, sampler.enough)
         while True:
-            sampler.draw(open_bounces, target)
-            look = len(self.looks) + 1
-            for k in open_bounces:
-                measured = self._measure(k, sampler, look)
-                self.found[k] = judge(measured, self.case.tolerance, self.regions, entries.get(k))
-            replicates = sampler.regions[open_bounces[-1]].count
-            open_bounces[:] = [k for k in open_bounces if self.found[k].verdict == "inconclusive"]
-            alpha = alpha_of_look(self.settings.alpha, look)
-            self.looks.append(
-                Look(
-                    replicates=replicates,
-                    seconds=sampler.seconds,
-                    alpha=alpha,
-                    open_bounces=list(open_bounces),
-                )
-            )
-            if look == 1:
-                self._refuse_identical(sampler)
-            if not open_bounces or sampler.exhausted:
+            if self.settings.early_stop or self.traits.deterministic:
+                open_bounces[:] = self._look(sampler, open_bounces, entries)
+                if not open_bounces or sampler.exhausted or self.traits.deterministic:
+                    return sampler
+            elif sampler.exhausted:
+                self._look(sampler, open_bounces, entries)
                 return sampler
-            target *= 2
+            self._draw_where_it_decides(sampler, open_bounces, until=2 * sampler.seconds)
+
+    def _job(self, show: Callable[[float], None]) -> Job:
+        budget = self.settings.budget
+        return Job(
+            self.name,
+            self.case.scene,
+            list(range(self.case.bounces + 1)),
+            first_seed(self.settings.seed),
+            budget,
+            show,
+            # where the only look is at the end, replicates may be longer, which are cheaper to ask for
+            first_look=FIRST_LOOK if self.settings.early_stop else budget / 12,
+            deterministic=self.traits.deterministic,
+        )
+
+    def _draw_where_it_decides(self, sampler: Sampler, bounces: list[int], until: float) -> None:
+        """Sample the noisiest of these bounces, again and again; what is measured has no say in which.
+
+        Args:
+            until: seconds since the start.
+        """
+        while sampler.seconds < until and not sampler.exhausted:
+            noise = {k: self._noise(k, sampler.regions[k]) for k in bounces}
+            noisy = [k for k in bounces if noise[k] >= _AS_NOISY * max(noise.values())]
+            if self.traits.one_walk:
+                noisy = [k for k in bounces if k <= max(noisy)]
+            sampler.draw(noisy, max(4 * self.crew.jobs, min(sampler.pixels[k].count for k in noisy) // 8))
+
+    def _noise(self, k: int, moments: Moments) -> float:
+        """The standard error that is largest beside its tolerance, of the image and of the tiles."""
+        error = (moments.standard_error / self.denominators[:, k]).max(axis=1)
+        image, tile = self.case.tolerance.of_image(k), self.case.tolerance.of_tile(k)
+        return float(np.max(error / np.maximum([image] + [tile] * (len(error) - 1), 1e-12)))
+
+    def _look(self, sampler: Sampler, bounces: list[int], known: dict[int, Deviation]) -> list[int]:
+        """Judge these bounces with what there is now; those that stay open."""
+        look = len(self.looks) + 1
+        for k in bounces:
+            measured = self._measure(k, sampler, look)
+            self.found[k] = judge(measured, self.case.tolerance, self.regions, known.get(k))
+        still_open = [k for k in bounces if self.found[k].verdict == "inconclusive"]
+        self.looks.append(
+            Look(
+                replicates=max(sampler.regions[k].count for k in bounces),
+                seconds=sampler.seconds,
+                alpha=alpha_of_look(self.settings.alpha, look),
+                open_bounces=still_open,
+            )
+        )
+        return still_open
 
     def _measure(self, k: int, sampler: Sampler, look: int) -> Measured:
         replicates, truth, denominator = sampler.regions[k], self.truth_means[:, k], self.denominators[:, k]
         found = biases(
-            replicates,
-            truth,
-            self.truth_errors[:, k],
+            Means.of(replicates),
+            Means.known(truth, self.truth_errors[:, k]),
             denominator,
             alpha_of_look(self.settings.alpha, look),
             family=self.truth_means.size,
+            least_error=least_error(
+                event_size(sampler.pixels[k], sampler.spp),
+                truth,
+                self.regions.pixels() * sampler.spp * replicates.count,
+            ),
         )
         return Measured(
             bounce=k,
+            channels=channel_names(self.case.scene.channels, self.case.wavelengths),
             biases=found,
             mean=replicates.mean,
             truth=truth,
             denominator=denominator,
+            skewness=skewness.of_the_mean(replicates) * np.sqrt(replicates.count),
+            dominance=replicates.dominance,
             look=look,
             replicates=replicates.count,
             spp=sampler.spp * replicates.count,
-            enough=replicates.count >= MIN_REPLICATES,
+            enough=replicates.count >= sampler.enough,
         )
-
-    def _refuse_identical(self, sampler: Sampler) -> None:
-        """Replicates without any spread prove nothing, unless they are the truth."""
-        identical = all(not moments.m2.any() for moments in sampler.pixels.values())
-        if identical and any(b.verdict != "pass" for b in self.found.values()):
-            raise RendererFailed(
-                f"{sampler.replicates} renders with different seeds are identical, and not the truth: "
-                "it takes no notice of its seed, so its noise can't be told from a deviation"
-            )
 
     def _result(self, sampler: Sampler, version: str, folder: Path) -> Comparison:
         bounces = [self.found[k] for k in sorted(self.found)]
@@ -136,7 +181,8 @@ class Comparing:
             renderer=(stem / f"{self.shown_name.replace(':', '-')}.exr").as_posix(),
         )
         made = f"{self.case.name}, {self.name} {version}, first seed {first_seed(self.settings.seed)}"
-        exr.write_bounces(folder / images.renderer, mean, stderr, {"lightproof:source": made})
+        header = {"lightproof:source": made}
+        exr.write_bounces(folder / images.renderer, mean, stderr, header, self.case.wavelengths)
         gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
         vanished = [f"Bounce {k}: the declared deviation has vanished; remove its entry." for k in gone]
         return Comparison(
@@ -152,8 +198,29 @@ class Comparing:
             images=images,
             truth_source=self.truth.source,
             message=_undecided(bounces, self.settings.budget),
-            notes=self.notes + vanished,
+            notes=self.notes + vanished + _warnings(bounces, sampler),
         )
+
+
+def _warnings(bounces: list[BounceResult], sampler: Sampler) -> list[str]:
+    """What a reader of the verdicts must know about the samples behind them."""
+    warnings = [
+        f"Bounce {b.bounce}: one of {b.replicates} replicates makes {b.dominance:.0%} of the spread of a region; "
+        "what its interval says rests on that one"
+        for b in bounces
+        if b.dominance > _DOMINANT
+    ]
+    for b in bounces:
+        lowest = sampler.pixels[b.bounce].lowest.min(axis=-1)
+        # terms that are differences of sums are negative by rounding here and there
+        negative = lowest < -1e-4 * b.denominator
+        if negative.any():
+            y, x = np.unravel_index(lowest.argmin(), lowest.shape)
+            warnings.append(
+                f"Bounce {b.bounce}: radiance is negative in {negative.sum()} pixels, down to {lowest.min():.3g} "
+                f"in row {y}, column {x}; expected none"
+            )
+    return warnings
 
 
 def failed(
@@ -192,7 +259,7 @@ def _about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
         "blind_to": case.blind_to,
         "width": width,
         "height": height,
-        "channels": exr.channel_names(channels),
+        "channels": channel_names(channels, case.wavelengths),
         "tiles": (regions.rows, regions.columns),
         "alpha": settings.alpha,
     }
@@ -215,9 +282,11 @@ def _undecided(bounces: list[BounceResult], budget: float) -> str:
     undecided = [b for b in bounces if b.verdict == "inconclusive"]
     if not undecided:
         return ""
-    image = [f"{b.detectable_bias:.2%} in bounce {b.bounce}" for b in undecided if b.decided_by == "image"]
+    image = [
+        f"{_percent(b.detectable_bias)} in bounce {b.bounce}" for b in undecided if b.decided_by == "image"
+    ]
     tiles = [
-        f"{b.worst_tile.detectable_bias:.2%} of a tile in bounce {b.bounce}"
+        f"{_percent(b.worst_tile.detectable_bias)} of a tile in bounce {b.bounce}"
         for b in undecided
         if b.decided_by == "tile"
     ]
@@ -225,3 +294,7 @@ def _undecided(bounces: list[BounceResult], budget: float) -> str:
     if (count := undecided[0].replicates) < MIN_REPLICATES:
         spent += f" after {count} replicates, and a verdict needs {MIN_REPLICATES}"
     return f"{spent}; a bias could have been detected from {', '.join(image + tiles)}"
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:,.{2 if value < 0.1 else 0}f} %"

@@ -5,7 +5,7 @@
     renderer = "mitsuba:scalar_rgb"
     versions = "==3.9.*"
     bounces = [1, 2]
-    bias = [0.013, 0.015]             # relative, one per bounce
+    bias = [0.013, [0.015, 0.014]]    # relative, one per bounce, or for each of its channels one
     onwards = true                    # the last one holds for all later bounces too; left out: it does not
     channels = ["R", "G"]             # which deviate; left out: all of them
     within = 0.002                    # it is known as long as the whole image is this close to that
@@ -21,6 +21,7 @@ deviation as well as a larger one. One that has vanished passes, and the report 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
@@ -46,7 +47,7 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     renderer: str
     versions: str
     bounces: list[int]
-    bias: list[float]
+    bias: list[float | list[float]]
     within: float
     tile_within: float
     reason: str
@@ -59,7 +60,13 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             raise ValueError(
                 f"bias has {len(self.bias)} numbers, bounces has {len(self.bounces)}: expected as many"
             )
-        smallest = min(map(abs, self.bias))
+        lists = [bias for bias in self.bias if isinstance(bias, list)]
+        if any(not bias or len(bias) != len(self.channels or []) for bias in lists):
+            raise ValueError(
+                f"bias = {self.bias}, channels = {self.channels}: expected a number for each bounce, or a list "
+                "with one for each of the channels, which are then named"
+            )
+        smallest = min(abs(b) for bias in self.bias for b in (bias if isinstance(bias, list) else [bias]))
         if min(self.bounces) < 0 or sorted(set(self.bounces)) != self.bounces:
             raise ValueError(f"bounces = {self.bounces}: expected each once, ascending, from 0")
         if not (0 < self.within < smallest < math.inf and 0 < self.tile_within < math.inf):
@@ -72,11 +79,21 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         except InvalidSpecifier as error:
             raise ValueError(f"versions = {self.versions!r}: {error}") from None
 
-    def bias_of(self, bounce: int) -> float | None:
-        """The declared bias of a bounce, None if the entry does not speak of it."""
-        if bounce in self.bounces:
-            return self.bias[self.bounces.index(bounce)]
-        return self.bias[-1] if self.onwards and bounce > max(self.bounces) else None
+    def speaks_of(self, bounce: int) -> bool:
+        """Whether something is declared of a bounce."""
+        return bounce in self.bounces or (self.onwards and bounce > max(self.bounces))
+
+    def biases(self, bounce: int, names: Sequence[str]) -> dict[str, float]:
+        """The declared biases of a bounce that the entry speaks of, by channel; those it does not name are left out.
+
+        Args:
+            bounce: which.
+            names: of all channels of the case.
+        """
+        bias = self.bias[self.bounces.index(bounce) if bounce in self.bounces else -1]
+        deviate = list(names) if self.channels is None else self.channels
+        by_name = zip(deviate, bias if isinstance(bias, list) else [bias] * len(deviate), strict=True)
+        return {name: b for name, b in by_name if name in names}
 
 
 class _File(msgspec.Struct, forbid_unknown_fields=True):

@@ -45,11 +45,11 @@ class Regions:
         Returns:
             ``(1 + tiles, bounces + 1, channels)``.
         """
-        return self._sums(images) / self._pixels()
+        return self._sums(images) / self.pixels()[:, None]
 
     def stderr(self, stderr: Array) -> Array:
         """Standard errors of the means over the regions, from those of independent pixels; shapes as above."""
-        return np.sqrt(self._sums(stderr**2)) / self._pixels()
+        return np.sqrt(self._sums(stderr**2)) / self.pixels()[:, None]
 
     def _sums(self, images: Array) -> Array:
         y, x = self._edges()
@@ -57,10 +57,11 @@ class Regions:
         tiles = np.moveaxis(tiles.reshape(len(images), -1, images.shape[-1]), 1, 0)
         return np.concatenate([tiles.sum(axis=0, keepdims=True), tiles])
 
-    def _pixels(self) -> Array:
+    def pixels(self) -> Array:
+        """How many pixels each region has, ``(1 + tiles, 1)``."""
         y, x = self._edges()
         tiles = np.outer(np.diff(y), np.diff(x)).ravel()
-        return np.append(tiles.sum(), tiles).astype(float)[:, None, None]
+        return np.append(tiles.sum(), tiles).astype(float)[:, None]
 
     def place(self, region: int) -> Place:
         """Where a tile lies; ``region`` ≥ 1."""

@@ -66,7 +66,9 @@ class TileResult(Struct, frozen=True, kw_only=True):
 class KnownDeviation(Struct, frozen=True, kw_only=True):
     """A deviation that was declared beforehand in known.toml, held against what was measured."""
 
-    declared_bias: float
+    declared_bias: Annotated[
+        float, Meta(description="in the channel that is shown; 0 if nothing is declared of it")
+    ]
     state: Annotated[
         DeclarationState,
         Meta(
@@ -109,6 +111,20 @@ class BounceResult(Struct, frozen=True, kw_only=True):
     spp: Annotated[int, Meta(description="samples per pixel, over all replicates")]
     channels: list[ChannelResult]
     worst_tile: TileResult
+    skewness: Annotated[float, Meta(description="of a replicate's mean over the image, in that channel")] = (
+        0.0
+    )
+    dominance: Annotated[
+        float,
+        Meta(description="largest share of a region's squared deviations that a single replicate makes"),
+    ] = 0.0
+    p_values: Annotated[
+        list[int],
+        Meta(
+            description="tiles and channels by the p-value of no bias, in ten bins from 0 to 1, each judged by "
+            "itself; flat where there is no bias; those without noise are left out"
+        ),
+    ] = []
     known: KnownDeviation | None = None
 
 

@@ -45,6 +45,7 @@ class Job:
         on_progress: called with the share of the budget that is used.
         first_look: seconds that the first ``MIN_REPLICATES`` should take, if an eighth of the budget is not less.
         least_spp: of a replicate, however long they take: few samples, and most of the time is not rendering.
+        deterministic: whether it has no noise; two replicates tell all then.
     """
 
     renderer: str
@@ -55,6 +56,7 @@ class Job:
     on_progress: Callable[[float], None] = lambda done: None
     first_look: float = FIRST_LOOK
     least_spp: int = 1
+    deterministic: bool = False
 
 
 class Renders(Protocol):
@@ -109,21 +111,30 @@ class Sampler:
         """Of the bounce that has most."""
         return max(moments.count for moments in self.regions.values())
 
-    def draw(self, bounces: Sequence[int], target: int) -> None:
-        """Draw until each of these bounces has ``target`` replicates, or the budget is used up.
+    @property
+    def enough(self) -> int:
+        """How many replicates a verdict needs."""
+        return 2 if self._job.deterministic else MIN_REPLICATES
+
+    def draw(self, bounces: Sequence[int], count: int) -> None:
+        """Draw so many replicates more of these bounces, or until the budget is used up.
 
         Two are drawn however small the budget: the least that has a spread to speak of.
 
         Raises:
             RendererError: see ``RendererProcess.render``.
         """
-        have = self.pixels[bounces[0]].count if bounces[0] in self.pixels else 0
+        drawn, first = 0, bounces[0] not in self.pixels
         running: set[Future[Images]] = set()
         try:
             while True:
-                while have < target and len(running) < self._crew.jobs and (have < 2 or not self.exhausted):
+                while (
+                    drawn < count
+                    and len(running) < self._crew.jobs
+                    and ((first and drawn < 2) or not self.exhausted)
+                ):
                     running.add(self._submit(bounces, self.spp, self._job.seed + self._submitted))
-                    self._submitted, have = self._submitted + 1, have + 1
+                    self._submitted, drawn = self._submitted + 1, drawn + 1
                 if not running:
                     return
                 done, running = wait(running, return_when=FIRST_COMPLETED)

@@ -18,24 +18,27 @@ class Settings:
 
     Attributes:
         bounces: the last bounce.
-        tolerance, tile_tolerance: relative, for all bounces.
+        tolerance, tile_tolerance: relative, one per bounce; the last one holds for all later bounces.
         size: (width, height) in pixels.
         alpha: probability of a wrong verdict in a comparison.
         budget: seconds per case × renderer.
         seed: of the user.
         jobs: processes that render at the same time.
         known: declared deviations.
+        early_stop: whether to stop as soon as every bounce is decided; if not, there is one look, at the end of
+            the budget.
     """
 
     bounces: int | None = None
-    tolerance: float | None = None
-    tile_tolerance: float | None = None
+    tolerance: tuple[float, ...] | None = None
+    tile_tolerance: tuple[float, ...] | None = None
     size: tuple[int, int] | None = None
     alpha: float = DEFAULT_ALPHA
     budget: float = DEFAULT_BUDGET
     seed: int = 0
     jobs: int = 1
     known: tuple[Deviation, ...] = ()
+    early_stop: bool = True
 
 
 class Observer(Protocol):

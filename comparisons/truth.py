@@ -89,7 +89,7 @@ def _cache_path(case: Case, spp: int) -> Path:
 
 def scene_hash(scene: Scene) -> str:
     """Tells whether data belongs to a scene."""
-    return hashlib.sha256(scene.to_json()).hexdigest()
+    return scene.sha256
 
 
 def estimate(

@@ -8,7 +8,7 @@ known         not a pass, but each of these intervals lies inside ± tolerance o
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -27,9 +27,8 @@ from comparisons.results import (
     TileResult,
     Verdict,
 )
-from comparisons.statistics.intervals import Biases
+from comparisons.statistics.intervals import Biases, Range
 from scenes import Tolerance
-from scenes.formats.exr import channel_names
 
 Array = NDArray[np.float64]
 
@@ -40,18 +39,24 @@ class Measured:
 
     Attributes:
         bounce: which.
+        channels: their names.
         biases: with their intervals, of this look.
         mean, truth, denominator: means over regions and what biases are relative to, ``(regions, channels)``.
+        skewness: of a replicate's means over regions.
+        dominance: share of the spread that is one replicate's; see ``Moments.dominance``.
         look: which one this is, 1 for the first.
         replicates, spp: how many, and samples per pixel of all of them together.
         enough: whether that is as much as a verdict needs; if not, it is inconclusive.
     """
 
     bounce: int
+    channels: Sequence[str]
     biases: Biases
     mean: Array
     truth: Array
     denominator: Array
+    skewness: Array
+    dominance: Array
     look: int
     replicates: int
     spp: int
@@ -71,7 +76,7 @@ def judge(
     """
     k = measured.bounce
     tolerances = _per_region(measured, tolerance.of_image(k), tolerance.of_tile(k))
-    inside, outside = measured.biases.inside(tolerances), measured.biases.outside(tolerances)
+    inside, outside = _decisions(measured.biases, tolerances)
     verdict: BounceVerdict = _decide(inside, outside) if measured.enough else "inconclusive"
     deviation = None
     if known is not None:
@@ -89,6 +94,13 @@ def _per_region(measured: Measured, image: float, tile: float) -> Array:
     return column
 
 
+def _decisions(
+    found: Biases, tolerance: Array, center: Array | float = 0.0
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Where own intervals lie inside center ± tolerance, and where simultaneous ones lie outside."""
+    return found.own.inside(tolerance, center), found.simultaneous.outside(tolerance, center)
+
+
 def _decide(inside: NDArray[np.bool_], outside: NDArray[np.bool_]) -> Literal["pass", "fail", "inconclusive"]:
     if outside.any():
         return "fail"
@@ -99,19 +111,19 @@ def _declared(
     measured: Measured, tolerances: Array, plain: BounceVerdict, entry: Deviation
 ) -> tuple[BounceVerdict, KnownDeviation]:
     """The verdict where a deviation was declared, and what became of the declaration."""
-    bias = entry.bias_of(measured.bounce)
-    assert bias is not None
+    names = measured.channels
+    biases = entry.biases(measured.bounce, names)
+    center = np.array([biases.get(name, 0.0) for name in names])
+    shown = float(center[_margin(measured, tolerances)[0].argmax()])
 
     def now(state: DeclarationState) -> KnownDeviation:
-        return KnownDeviation(declared_bias=bias, state=state, reason=entry.reason, link=entry.link)
+        return KnownDeviation(declared_bias=shown, state=state, reason=entry.reason, link=entry.link)
 
     if not measured.enough:
         return "inconclusive", now("undecided")
-    names = channel_names(measured.mean.shape[1])
-    deviates = np.array([entry.channels is None or name in entry.channels for name in names])
+    deviates = np.array([name in biases for name in names])
     within = np.where(deviates, _per_region(measured, entry.within, entry.tile_within), tolerances)
-    center = np.where(deviates, bias, 0.0)
-    as_declared = _decide(measured.biases.inside(within, center), measured.biases.outside(within, center))
+    as_declared = _decide(*_decisions(measured.biases, within, center))
     if plain == "pass":
         # within a tolerance as loose as that, one can't tell a declared deviation from none
         return "pass", now("vanished" if as_declared == "fail" else "tolerated")
@@ -124,6 +136,11 @@ def _declared(
             return "inconclusive", now("undecided")
 
 
+def _margin(measured: Measured, tolerances: Array) -> Array:
+    """How far outside its tolerance each region and channel lies, in standard errors; the worst is shown."""
+    return (np.abs(measured.biases.bias) - tolerances) / np.maximum(measured.biases.error, 1e-12)
+
+
 def _result(
     measured: Measured,
     tolerances: Array,
@@ -133,10 +150,8 @@ def _result(
     known: KnownDeviation | None,
 ) -> BounceResult:
     """The numbers of one bounce."""
-    found = measured.biases
-    # the worst is the one closest to failing, in standard errors
-    margin = (np.abs(found.bias) - tolerances) / np.maximum(found.error, 1e-12)
-    channels = [_channel(measured, c, float(tolerances[0, 0])) for c in range(found.bias.shape[1])]
+    found, margin = measured.biases, _margin(measured, tolerances)
+    channels = [_channel(measured, c, float(tolerances[0, 0])) for c in range(measured.mean.shape[1])]
     worst = channels[int(margin[0].argmax())]
     tile, tile_channel = divmod(int(margin[1:].argmax()), len(channels))
     return BounceResult(
@@ -160,6 +175,9 @@ def _result(
         spp=measured.spp,
         channels=channels,
         worst_tile=_tile(measured, 1 + tile, tile_channel, regions, tolerances),
+        skewness=float(measured.skewness[0, int(margin[0].argmax())]),
+        dominance=float(measured.dominance.max()),
+        p_values=_histogram(found.p_value[1:][found.error[1:] > 0]),
         known=known,
     )
 
@@ -167,13 +185,13 @@ def _result(
 def _channel(measured: Measured, c: int, tolerance: float) -> ChannelResult:
     found = measured.biases
     return ChannelResult(
-        channel=channel_names(found.bias.shape[1])[c],
+        channel=measured.channels[c],
         truth_mean=float(measured.truth[0, c]),
         mean=float(measured.mean[0, c]),
         denominator=float(measured.denominator[0, c]),
         bias=float(found.bias[0, c]),
-        interval=_interval(found.bias[0, c], found.own[0, c]),
-        simultaneous_interval=_interval(found.bias[0, c], found.simultaneous[0, c]),
+        interval=_at(found.own, 0, c),
+        simultaneous_interval=_at(found.simultaneous, 0, c),
         standard_error=float(found.error[0, c]),
         detectable_bias=tolerance + float(found.resolution[0, c]),
         resolution=float(found.resolution[0, c]),
@@ -184,16 +202,22 @@ def _tile(measured: Measured, region: int, c: int, regions: Regions, tolerances:
     found = measured.biases
     return TileResult(
         place=regions.place(region),
-        channel=channel_names(found.bias.shape[1])[c],
+        channel=measured.channels[c],
         bias=float(found.bias[region, c]),
-        interval=_interval(found.bias[region, c], found.own[region, c]),
-        simultaneous_interval=_interval(found.bias[region, c], found.simultaneous[region, c]),
+        interval=_at(found.own, region, c),
+        simultaneous_interval=_at(found.simultaneous, region, c),
         detectable_bias=float(tolerances[region, 0] + found.resolution[region, c]),
     )
 
 
-def _interval(bias: np.float64, half: np.float64) -> Interval:
-    return float(bias - half), float(bias + half)
+def _at(limits: Range, region: int, c: int) -> Interval:
+    return float(limits.low[region, c]), float(limits.high[region, c])
+
+
+def _histogram(p_values: Array) -> list[int]:
+    """How many p-values of tiles fall into each tenth of 0 … 1: flat where there is no bias (Jung et al. 2020)."""
+    counts: list[int] = np.histogram(p_values, bins=10, range=(0.0, 1.0))[0].tolist()
+    return counts
 
 
 def overall(verdicts: Iterable[Verdict]) -> Verdict:

@@ -1,6 +1,8 @@
 """The pages of the library: ``python docs/cases.py`` writes docs/cases/, a page per family, from the cases.
 
-A picture shows every bounce of the answer, E first, all at one exposure; an answer of one pixel is a table.
+A picture shows every bounce of the answer that has light, each at an exposure of its own, as in the report; spectra
+are taken to sRGB. Where all pixels are the same, the bounces share one exposure, so that they are seen to decay, and
+a table has the values. An answer of one pixel is a table.
 """
 
 from __future__ import annotations
@@ -16,11 +18,12 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from reports.exposure import Pixels, automatic, encode
+from reports.quantities import number, term
 from scenes import Case
 from scenes.library import FAMILIES, case
+from scenes.spectral import chromaticity, linear_srgb, to_xyz
 
 SIDE, GAP = 128, 4
-NAMES = ("E", "TE", "T²E", "T³E", "T⁴E", "T⁵E", "T⁶E", "T⁷E", "T⁸E", "T⁹E")
 
 
 def truth(made: Case) -> NDArray[np.float64]:
@@ -30,17 +33,32 @@ def truth(made: Case) -> NDArray[np.float64]:
     return found.mean
 
 
-def exposure(images: NDArray[np.float64]) -> float:
-    """One factor for all bounces: what suits the first one after E that has light."""
-    return automatic(*images[1:], images[0])
+def lit(images: NDArray[np.float64]) -> list[int]:
+    """The bounces that have any light."""
+    return [k for k, image in enumerate(images) if image.any()]
+
+
+def shown(made: Case, images: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The images as they are looked at: spectra in linear sRGB."""
+    return images if made.wavelengths is None else linear_srgb(images, made.wavelengths)
+
+
+def uniform(images: NDArray[np.float64]) -> bool:
+    """Whether in each bounce all pixels are the same."""
+    return bool(np.ptp(images, axis=(1, 2)).max() < 1e-9 * images.max())
+
+
+def exposures(images: NDArray[np.float64]) -> dict[int, float]:
+    """Of each bounce that has light."""
+    return {k: automatic(*images) if uniform(images) else automatic(images[k]) for k in lit(images)}
 
 
 def strip(images: NDArray[np.float64]) -> Pixels:
-    """All bounces side by side, pixels as squares."""
-    factor, pictures = exposure(images), []
-    for image in images:
-        zoom = max(1, SIDE // max(image.shape[:2]))
-        pixels = encode(image, factor).repeat(zoom, axis=0).repeat(zoom, axis=1)
+    """The bounces that have light side by side, pixels as squares."""
+    pictures = []
+    for k, factor in exposures(images).items():
+        zoom = max(1, SIDE // max(images.shape[1:3]))
+        pixels = encode(images[k], factor).repeat(zoom, axis=0).repeat(zoom, axis=1)
         pictures += [pixels, np.full((len(pixels), GAP, 3), 255, dtype=np.uint8)]
     return np.concatenate(pictures[:-1], axis=1)
 
@@ -60,22 +78,43 @@ def section(made: Case) -> list[str]:
     return [
         f"## `{made.name}`\n",
         f"{made.title}.\n",
-        *(_picture(made, images) if images[0, ..., 0].size > 1 else _table(images)),
+        *(_picture(made, images) if images[0, ..., 0].size > 1 else []),
+        *(_table(images[:, :1, :1]) if uniform(images) and made.wavelengths is None else []),
         f"{_paragraphs(made.derivation)}\n",
         f"- **Truth**: {made.answer.kind}, bounces {last}; {made.bounces} are asked for by default.",
+        *_spectrum(made, images),
         f"- **Source**: {made.answer.source}.".replace("..", "."),
         f"- **Blind to**: {made.blind_to}.\n",
     ]
 
 
 def _picture(made: Case, images: NDArray[np.float64]) -> list[str]:
-    shown = ", ".join(NAMES[: len(images)])
-    return [f"![{shown}]({made.name}.webp)\n", f"*{shown}; exposure ×{exposure(images):g}.*\n"]
+    pictured = shown(made, images)
+    factors = exposures(pictured)
+    caption = "Exposures: " + ", ".join(f"{term(k)} ×{number(factor)}" for k, factor in factors.items())
+    if len(set(factors.values())) == 1 < len(factors):
+        caption = f"Exposure: ×{number(automatic(*pictured))} for all"
+    if dark := [term(k) for k in range(len(images)) if k not in factors]:
+        caption += f". No light: {', '.join(dark)}"
+    return [f"![{', '.join(map(term, factors))}]({made.name}.webp)\n", f"*{caption}.*\n"]
+
+
+def _spectrum(made: Case, images: NDArray[np.float64]) -> list[str]:
+    """What a page says of a spectral case: its wavelengths, and the chromaticity of each bounce."""
+    if made.wavelengths is None:
+        return []
+    first, *_, last = made.wavelengths
+    xy = chromaticity(to_xyz(images.mean(axis=(1, 2)), made.wavelengths))
+    colours = ", ".join(f"{term(k)} ({x:.3f}, {y:.3f})" for k, (x, y) in enumerate(xy))
+    return [
+        f"- **Wavelengths**: {len(made.wavelengths)}, from {first:g} to {last:g} nm. "
+        f"Chromaticity (x, y) of the mean of each bounce: {colours}."
+    ]
 
 
 def _table(images: NDArray[np.float64]) -> list[str]:
     values = [", ".join(f"{v:.6g}" for v in image.ravel()) for image in images]
-    head = "| " + " | ".join(NAMES[: len(images)]) + " |"
+    head = "| " + " | ".join(map(term, range(len(images)))) + " |"
     return [head, "|---" * len(images) + "|", "| " + " | ".join(values) + " |\n"]
 
 
@@ -84,7 +123,7 @@ def _paragraphs(text: str) -> str:
 
 
 def _words(family: ModuleType) -> str:
-    return family.__name__.rpartition(".")[2].replace("_", " ").capitalize()
+    return family.__name__.rpartition(".")[2].replace("_", " ").capitalize().replace("Cie", "CIE")
 
 
 def index() -> str:
@@ -113,9 +152,10 @@ def pictures() -> Iterator[tuple[str, Pixels]]:
     """File name and pixels of every picture."""
     for family in FAMILIES:
         for name in family.CASES:
-            images = truth(case(name))
+            made = case(name)
+            images = truth(made)
             if images[0, ..., 0].size > 1:
-                yield f"{name}.webp", strip(images)
+                yield f"{name}.webp", strip(shown(made, images))
 
 
 def write(folder: Path) -> None:

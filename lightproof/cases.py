@@ -122,6 +122,7 @@ def from_answer(scene: Path, answer: Path) -> Case:
     try:
         mean, stderr = exr.read_bounces(answer)
         source = exr.read_attribute(answer, "lightproof:source")
+        wavelengths = exr.read_wavelengths(answer)
     except exr.ImageError as error:
         raise CaseError(str(error)) from None
     if mean.shape[1:] != found.shape:
@@ -141,6 +142,7 @@ def from_answer(scene: Path, answer: Path) -> Case:
         tolerance=OWN_TOLERANCE,
         derivation=f"The answer is the image {answer.name}. {source}".strip(),
         blind_to="an error that the answer image shares",
+        wavelengths=wavelengths,
     )
 
 

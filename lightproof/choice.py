@@ -29,11 +29,13 @@ class Subject:
     Attributes:
         name: what files are called after.
         scene, bounces: the bounces where none are asked for.
+        wavelengths: of the channels, nm; None where they are R, G, B, or just numbers.
     """
 
     name: str
     scene: Scene
     bounces: int
+    wavelengths: tuple[float, ...] | None = None
 
 
 def subject(named: str | None, own: str | None, bounces: int | None = None) -> Subject:
@@ -46,7 +48,7 @@ def subject(named: str | None, own: str | None, bounces: int | None = None) -> S
         path = Path(named)
         return Subject(path.stem, _tried(lambda: cases.load_scene(path), "CASE"), DEFAULT_BOUNCES)
     case = one_case(named, own, bounces, or_else=" or a scene, my-scene.json,")
-    return Subject(case.name, case.scene, case.bounces)
+    return Subject(case.name, case.scene, case.bounces, case.wavelengths)
 
 
 def one_case(named: str | None, own: str | None, bounces: int | None = None, or_else: str = "") -> Case:
@@ -113,7 +115,7 @@ def relation_tasks(names: Sequence[str], chosen: Sequence[Case], scene: Path | N
         _tried(partial(look_up, "relation", name, relations.RELATIONS), "--relation")
         for name in dict.fromkeys(names or relations.RELATIONS)
     ]
-    subjects = [relations.Subject(case.name, case.scene) for case in chosen]
+    subjects = [relations.Subject(case.name, case.scene, wavelengths=case.wavelengths) for case in chosen]
     if scene is not None:
         own = _tried(lambda: cases.load_scene(scene), "--scene")
         subjects.append(relations.Subject(scene.stem, own))

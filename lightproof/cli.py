@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn
 
 import typer
-from rich.table import Table
 
 import reports
 from comparisons import known as known_deviations
@@ -24,18 +23,16 @@ from comparisons.renderers.process import RendererProcess
 from comparisons.results import RESULTS_FILE, ResultsError
 from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
 from comparisons.truth import truth_of
-from lightproof import options, terminal
+from lightproof import exports, options, terminal
 from lightproof.cases import CaseError, announced, from_entry_point
 from lightproof.choice import check_size, one_case, relation_tasks, several_cases, subject
-from lightproof.parameters import percent, size
+from lightproof.parameters import percents, size
 from lightproof.validate import exit_status
 from lightproof.validate import validate as run_validation
 from scenes import Case, Scene, SceneError, UnknownNameError, library
-from scenes.channels import single_channel
 from scenes.features import features
 from scenes.formats import exr
 from scenes.formats.export import UnsupportedFeatureError
-from scenes.formats.exporters import EXPORTERS, SUFFIXES
 
 app = typer.Typer(
     name="lightproof",
@@ -76,6 +73,7 @@ def validate(
     tile_tolerance: options.TileTolerance = None,
     alpha: options.Alpha = DEFAULT_ALPHA,
     budget: options.Budget = DEFAULT_BUDGET,
+    early_stop: options.EarlyStop = True,
     size_text: options.Size = None,
     seed: options.Seed = 0,
     jobs: options.Jobs = None,
@@ -104,14 +102,15 @@ def validate(
     ]
     settings = Settings(
         bounces=bounces,
-        tolerance=percent(tolerance, "--tolerance"),
-        tile_tolerance=percent(tile_tolerance, "--tile-tolerance"),
+        tolerance=percents(tolerance, "--tolerance"),
+        tile_tolerance=percents(tile_tolerance, "--tile-tolerance"),
         size=resolution,
         alpha=alpha,
         budget=budget,
         seed=seed,
         jobs=jobs or os.cpu_count() or 1,
         known=tuple(_known(known)),
+        early_stop=early_stop,
     )
     _prepare(out)
     console = terminal.console()
@@ -151,14 +150,15 @@ def render(
         with status, RendererProcess(name) as process:
             image = process.render(scene, range(last + 1), spp, seed, timeout=RENDER_TIMEOUT)
             made = f"{chosen.name}, {name} {process.version}, {spp} spp, seed {seed}"
-        exr.write_bounces(path, image, attributes={"lightproof:source": made})
+        header = {"lightproof:source": made}
+        exr.write_bounces(path, image, attributes=header, wavelengths=chosen.wavelengths)
     except KeyboardInterrupt:
         _stop("interrupted; nothing was written", 130)
     except RendererError as error:
         _stop(str(error), 3, error.log)
     except exr.ImageError as error:
         raise typer.BadParameter(str(error), param_hint="--out") from None
-    console.print(f"{path}: layers bounce0 to bounce{last}", soft_wrap=True)
+    console.print(f"{path}: layers bounce0 to bounce{last}{_of(chosen.wavelengths)}", soft_wrap=True)
 
 
 @app.command()
@@ -183,21 +183,23 @@ def answer(
         with console.status(f"{chosen.name}: bounces 0 to {last}"), Crew(jobs or os.cpu_count() or 1) as crew:
             truth = truth_of(asked, crew)
         stderr = truth.stderr if truth.stderr.any() else None
-        exr.write_bounces(path, truth.mean, stderr, {"lightproof:source": truth.source})
+        header = {"lightproof:source": truth.source}
+        exr.write_bounces(path, truth.mean, stderr, header, chosen.wavelengths)
     except KeyboardInterrupt:
         _stop("interrupted; nothing was written", 130)
     except RendererError as error:
         _stop(f"there is no truth: {error}", 3, error.log)
     except exr.ImageError as error:
         raise typer.BadParameter(str(error), param_hint="--out") from None
-    console.print(f"{path}: layers bounce0 to bounce{last}, {chosen.answer.kind}", soft_wrap=True)
+    layers = f"layers bounce0 to bounce{last}{_of(chosen.wavelengths)}"
+    console.print(f"{path}: {layers}, {chosen.answer.kind}", soft_wrap=True)
 
 
 @app.command()
 def export(
     case: options.Subject = None,
     own: options.Own = None,
-    format: options.Format = "json",
+    format: options.Format = None,
     size_text: options.Size = None,
     channel: options.Channel = None,
     out: options.ExportFile = None,
@@ -207,10 +209,12 @@ def export(
     Example: lightproof export cornell-box --format mitsuba-xml --out box.xml
     """
     chosen = subject(case, own)
-    scene = _channel(_resized(chosen.scene, size_text), channel)
-    path = _in_a_folder(out or Path(f"{chosen.name}{SUFFIXES[format]}"))
+    scene = exports.one_channel(_resized(chosen.scene, size_text), channel)
+    format_name, path = exports.format_and_file(chosen.name, format, out)
     try:
-        written = EXPORTERS[format](scene, path.stem).write(path)
+        made = exports.made(chosen, scene, channel, format_name, _in_a_folder(path))
+        exports.refuse_to_overwrite(made, path)
+        written = made.write(path)
     except UnsupportedFeatureError as error:
         _stop(str(error), 5)
     except OSError as error:
@@ -229,12 +233,9 @@ def list_(
     if as_json:
         typer.echo(json.dumps(rows, indent=2, ensure_ascii=False))
         return
-    table = Table(box=None, pad_edge=False)
-    for heading in rows[0]:
-        table.add_column(heading, no_wrap=heading == "name")
-    for row in rows:
-        table.add_row(*(_text(value) for value in row.values()))
-    terminal.console().print(table)
+    terminal.show_rows(
+        terminal.console(), [{key: _text(value) for key, value in row.items()} for row in rows]
+    )
 
 
 @app.command()
@@ -248,6 +249,13 @@ def report(
         _stop(str(error), 2)
     for path in written:
         typer.echo(path)
+
+
+def _of(wavelengths: tuple[float, ...] | None) -> str:
+    if wavelengths is None:
+        return ""
+    ends = f"{wavelengths[0]:g} to {wavelengths[-1]:g} nm"
+    return f", each of {len(wavelengths)} wavelengths from {ends} and a picture in linear sRGB"
 
 
 def _prepare(out: Path) -> None:
@@ -303,10 +311,10 @@ def _relations() -> list[dict[str, Any]]:
         {
             "name": relation.name,
             "tests": relation.operator,
-            "statement": relation.statement,
-            "blind to": relation.blind_to,
+            "title": relation.statement,
+            "blind_to": relation.blind_to,
             "scenes": list(relation.scenes),
-            "default run": "yes" if relation.cheap else None,
+            "default_run": "yes" if relation.cheap else None,
         }
         for relation in RELATIONS.values()
     ]
@@ -315,7 +323,7 @@ def _relations() -> list[dict[str, Any]]:
 def _text(value: object) -> str:
     if isinstance(value, list):
         return ", ".join(value)
-    return "–" if value is None else str(value)
+    return "" if value is None else str(value)
 
 
 def _resized(scene: Scene, size_text: str | None) -> Scene:
@@ -326,18 +334,6 @@ def _resized(scene: Scene, size_text: str | None) -> Scene:
         raise typer.BadParameter(str(error), param_hint="--size") from None
 
 
-def _channel(scene: Scene, channel: int | None) -> Scene:
-    if channel is None:
-        return scene
-    if channel >= scene.channels:
-        message = f"{channel}: the scene has the channels 0 to {scene.channels - 1}"
-        raise typer.BadParameter(message, param_hint="--channel")
-    try:
-        return single_channel(scene, channel)
-    except SceneError:
-        raise typer.BadParameter(f"{channel}: nothing emits in it", param_hint="--channel") from None
-
-
 def _exr(path: Path) -> Path:
     if path.suffix != ".exr":
         raise typer.BadParameter(f"{path}: expected a name that ends in .exr", param_hint="--out")
@@ -346,7 +342,9 @@ def _exr(path: Path) -> Path:
 
 def _in_a_folder(path: Path) -> Path:
     if not path.resolve().parent.is_dir():
-        raise typer.BadParameter(f"{path}: there is no folder {path.parent}", param_hint="--out")
+        raise typer.BadParameter(
+            f"{path}: there is no folder {path.parent}; make it first", param_hint="--out"
+        )
     return path
 
 

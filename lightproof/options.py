@@ -49,7 +49,8 @@ AnswerFile = Annotated[
     typer.Option("--answer", metavar="FILE.exr", help="The answer of --scene: layers bounce0, bounce1, …"),
 ]
 Format = Annotated[
-    Literal["json", "mitsuba-xml", "pbrt-v4", "gltf"], typer.Option("--format", help="What to write.")
+    Literal["json", "mitsuba-xml", "pbrt-v4", "gltf"] | None,
+    typer.Option("--format", help="What to write. Default: by the suffix of --out, else json."),
 ]
 Channel = Annotated[
     int | None, typer.Option(help="Only this channel, from 0, as a grey scene. Default: all.", min=0)
@@ -70,10 +71,14 @@ Bounces = Annotated[
 ]
 Tolerance = Annotated[
     str | None,
-    typer.Option(metavar="PERCENT", help="Largest bias of the whole image, as 0.5%. Default: the case's."),
+    typer.Option(
+        metavar="PERCENT[,…]",
+        help="Largest bias of the whole image, as 0.5%, or bounce by bounce, as 0.2%,0.5%,1% (the last one "
+        "holds for all later ones). Default: the case's.",
+    ),
 ]
 TileTolerance = Annotated[
-    str | None, typer.Option(metavar="PERCENT", help="The same for tiles, as 2%. Default: the case's.")
+    str | None, typer.Option(metavar="PERCENT[,…]", help="The same for tiles, as 2%. Default: the case's.")
 ]
 Alpha = Annotated[
     float, typer.Option(help="Probability of a wrong verdict, per comparison.", min=1e-12, max=0.5)
@@ -85,6 +90,13 @@ Budget = Annotated[
         help="Time per case × renderer; less where the verdict is clear sooner.",
         min=0.001,
         max=1e6,
+    ),
+]
+EarlyStop = Annotated[
+    bool,
+    typer.Option(
+        "--early-stop/--no-early-stop",
+        help="Stop when the verdict is clear, or spend the whole budget to resolve as small a bias as possible.",
     ),
 ]
 Size = Annotated[str | None, typer.Option("--size", metavar="WxH", help="Resolution. Default: the case's.")]

@@ -9,21 +9,24 @@ import typer
 from scenes import Case
 
 
-def percent(text: str | None, option: str) -> float | None:
-    """``0.5%`` or ``0.005``: both 0.005.
+def percents(text: str | None, option: str) -> tuple[float, ...] | None:
+    """``0.5%`` or ``0.005``: (0.005,), for every bounce; ``0.2%,0.5%``: of bounce 0, and of all later ones.
 
     Raises:
-        typer.BadParameter: no number, or one that is not above 0.
+        typer.BadParameter: no numbers, or one that is not above 0.
     """
-    if text is None:
-        return None
+    return None if text is None else tuple(_percent(part.strip(), option) for part in text.split(","))
+
+
+def _percent(text: str, option: str) -> float:
     try:
         value = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
     except ValueError:
         value = float("nan")
     if not 0 < value < float("inf"):
         raise typer.BadParameter(
-            f"{text!r}: expected a share above 0, such as 0.5% or 0.005", param_hint=option
+            f"{text!r}: expected a share above 0, such as 0.5% or 0.005, or one for each bounce, as 0.2%,0.5%",
+            param_hint=option,
         )
     return value
 

@@ -1,19 +1,22 @@
-"""What a run shows in the terminal: progress while it works, a table of verdicts at the end."""
+"""What the command shows in the terminal: a run's progress, a table of verdicts at its end, lists."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self
 
 from rich import box
+from rich.columns import Columns
 from rich.console import Console
 from rich.measure import Measurement
+from rich.padding import Padding
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
 from comparisons.results import BounceResult, Comparison, RelationResult, Results
+from reports import quantities, wording
 from reports.quantities import term
 
 _STYLE = {
@@ -26,6 +29,7 @@ _STYLE = {
 }
 
 _PLAIN_WIDTH = 10_000  # of lines that go to a file or a pipe: as long as they are
+_TABLE_WIDTH = 160  # of a terminal in which the columns of a list are wide enough to be read
 
 
 def console() -> Console:
@@ -103,9 +107,10 @@ class Show:
 
 
 def show_verdicts(out: Console, outcome: Results) -> None:
-    """Case × renderer × bounce: the bias of the whole image ± half its interval, in percent; then the relations.
+    """Case × renderer × bounce: the bias of the whole image ± half its interval, in percent; the same of relations;
+    and the outcome.
 
-    A table, or a list where the terminal is too narrow for it.
+    A table, or where the terminal is too narrow for it, the bounces of each comparison below its name.
     """
     if outcome.comparisons or not outcome.relations:
         rows = [(c.case, c.renderer, c) for c in outcome.comparisons]
@@ -116,6 +121,29 @@ def show_verdicts(out: Console, outcome: Results) -> None:
     results: list[Comparison | RelationResult] = [*outcome.comparisons, *outcome.relations]
     if any(result.bounces for result in results):
         out.print(_CAPTION)
+    out.print(wording.outcome(results)[1])
+
+
+def show_rows(out: Console, rows: Sequence[Mapping[str, str]]) -> None:
+    """What there is, by its name: a table, or where the terminal is narrow, a paragraph for each.
+
+    Args:
+        out: where to.
+        rows: of the same columns, name and title among them; an empty text is left out of a paragraph.
+    """
+    if out.width >= _TABLE_WIDTH:
+        table = Table(box=None, pad_edge=False)
+        for heading in rows[0]:
+            table.add_column(heading, no_wrap=heading == "name")
+        for row in rows:
+            table.add_row(*(value or "–" for value in row.values()))
+        out.print(table)
+        return
+    for row in rows:
+        out.print(Text.assemble((row["name"], "bold"), f"  {row['title']}"))
+        others = {key: value for key, value in row.items() if value and key not in ("name", "title")}
+        text = " · ".join(f"{key.replace('_', ' ')} {value}" for key, value in others.items())
+        out.print(Padding(Text(text, "dim"), (0, 0, 0, 4)))
 
 
 def _show(out: Console, headings: tuple[str, ...], rows: Sequence[tuple[Any, ...]]) -> None:
@@ -131,10 +159,12 @@ def _show(out: Console, headings: tuple[str, ...], rows: Sequence[tuple[Any, ...
     if needed <= out.width:
         out.print(table)
         return
+    width = max((len(_labelled(b)) for *_, result in rows for b in result.bounces), default=0)
     for *names, result in rows:
         out.print(Text(f"{' × '.join(names)}: ").append(_verdict(result)))
-        for b in result.bounces:
-            out.print(Text(f"  {term(b.bounce):>5} ").append(_cell(b)))
+        if result.bounces:
+            row = Columns(map(_labelled, result.bounces), width=width, padding=(0, 1))
+            out.print(Padding(row, (0, 0, 0, 2)))
 
 
 def _verdict(result: Comparison | RelationResult) -> Text:
@@ -150,6 +180,10 @@ _CAPTION = (
 
 def _cell(result: BounceResult) -> Text:
     mark = {"pass": "", "fail": "!", "inconclusive": "?", "known": "~"}[result.verdict]
-    half = (result.interval[1] - result.interval[0]) / 2
     tile = "t" if result.decided_by == "tile" else ""
-    return Text(f"{100 * result.bias:+.2f}±{100 * half:.2f}{mark}{tile}", _STYLE[result.verdict])
+    bias = quantities.bias(result.bias, result.interval).removesuffix(" %").replace(" ± ", "±")
+    return Text(f"{bias}{mark}{tile}", _STYLE[result.verdict])
+
+
+def _labelled(result: BounceResult) -> Text:
+    return Text(f"{term(result.bounce):>4} ").append(_cell(result))

@@ -4,7 +4,8 @@ Next event chooses one emitter with a probability proportional to its power, the
 each kind does is in ``area_lights``, ``delta_lights`` and ``environments``; all densities are per solid angle at
 the reference. Powers are estimates where the scene as a whole comes in, since any positive choice is right:
 
-    area           π A · mean radiance, twice for two sides          W
+    area           π A · mean radiance, twice for two sides,         W
+                   times 2 ∫ p(μ) μ dμ of an angular profile p
     point, spot    the integral of the intensity                     W
     directional    π R² · irradiance                                 W on the disk of the bounding sphere
     environment    4π · mean radiance · π R²                         W through the same
@@ -59,6 +60,7 @@ class Emitters:
             self.emits[i], self._radiance[:, i] = True, area.radiance[:, 0]
         self.emits[NOWHERE] = self._environment is not None
         self._zones = [i for i, area in self._areas.items() if isinstance(area, ZoneEmitter)]
+        self._profiles = {i: area.profile for i, area in self._areas.items() if area.profile is not None}
         self._prepare_choice(delta_lights(scene, radius), delta_only)
 
     def _prepare_choice(self, deltas: list[DeltaEmitter], delta_only: bool) -> None:
@@ -85,17 +87,22 @@ class Emitters:
             wo: unit directions away from them, ``(3, n)``.
 
         Returns:
-            ``(channels, n)``; 0 from the back and outside the zone that emits.
+            ``(channels, n)``; 0 from the back and outside the zone that emits, by the angle where there is a profile.
         """
         radiance = np.zeros((self._channels, len(points)))
         lanes = np.flatnonzero(self.emits[points.surface])
         if len(lanes):
             surface = points.surface[lanes]
-            lit = dot(points.n[:, lanes], wo[:, lanes]) > 0
+            cosine = dot(points.n[:, lanes], wo[:, lanes])
+            lit = cosine > 0
             for i in self._zones:
                 here = np.flatnonzero(surface == i)
                 lit[here] &= self._areas[i].in_zone(points.x[:, lanes[here]])
-            radiance[:, lanes] = self._radiance[:, surface] * lit
+            Le = self._radiance[:, surface] * lit
+            for i, profile in self._profiles.items():
+                here = np.flatnonzero(surface == i)
+                Le[:, here] *= profile(cosine[here])
+            radiance[:, lanes] = Le
         if self._environment is not None:
             lanes = np.flatnonzero(points.surface == NOWHERE)
             radiance[:, lanes] = self._environment.radiance(-wo[:, lanes])

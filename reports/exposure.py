@@ -48,7 +48,7 @@ def encode(image: Image, exposure: float) -> Pixels:
 
     Args:
         image: radiance, ``(height, width, channels)``. Three channels are linear sRGB; any other number is
-            shown as the grey of their mean.
+            shown as the grey of their mean. Spectra must be taken to linear sRGB before: ``scenes.spectral``.
         exposure: the factor to apply.
 
     Returns:

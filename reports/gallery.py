@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from PIL import Image as PillowImage
@@ -38,6 +38,8 @@ class Picture:
     scale: str = ""
     """The end of the difference map, ``3.1 %``; empty for radiance."""
     marker: Marker | None = None
+    chromaticity: str = ""
+    """Of the mean of a spectral image, ``x 0.333, y 0.333``; empty for all others."""
 
 
 @dataclass(frozen=True)
@@ -64,12 +66,10 @@ def of_bounces(images: BounceImages, bounces: list[BounceResult]) -> Gallery:
         bounces: what was found; the worst tile is marked in those that didn't pass.
     """
     whole = float(images.truth.sum(axis=0).mean())
-    gallery = _compared(images.truth, images.renderer, quantities.term, whole)
+    gallery = _compared(images, images.truth, images.renderer, quantities.term, whole)
     markers = {b.bounce: _marker(b, images.size) for b in bounces if b.verdict != "pass"}
     name, differences = gallery.rows[-1]
-    marked = [
-        Picture(p.uri, p.width, p.height, p.alt, p.scale, markers.get(k)) for k, p in enumerate(differences)
-    ]
+    marked = [replace(picture, marker=markers.get(k)) for k, picture in enumerate(differences)]
     rows = [*gallery.rows[:-1], (name, marked)]
     if images.renderer_error.any():
         rows.append(("difference ÷ standard error", _significance(images)))
@@ -79,31 +79,44 @@ def of_bounces(images: BounceImages, bounces: list[BounceResult]) -> Gallery:
 def of_partial_sums(images: BounceImages) -> Gallery:
     """One column per partial sum E, E + TE, …."""
     truth, renderer = np.cumsum(images.truth, axis=0), np.cumsum(images.renderer, axis=0)
-    return _compared(truth, renderer, quantities.partial_sum, float(truth[-1].mean()))
+    return _compared(images, truth, renderer, quantities.partial_sum, float(truth[-1].mean()))
 
 
 def _compared(
-    truth: exposure.Image, renderer: exposure.Image, name: Callable[[int], str], whole: float
+    images: BounceImages,
+    truth: exposure.Image,
+    renderer: exposure.Image,
+    name: Callable[[int], str],
+    whole: float,
 ) -> Gallery:
     """The three rows that both galleries have.
 
-    Images are ``(columns, height, width, channels)``; ``whole`` is the mean of the truth's whole sum, which
-    dark columns are relative to.
+    Truth and renderer are ``(columns, height, width, channels)``; ``whole`` is the mean of the truth's whole sum,
+    which dark columns are relative to.
     """
+    shown, seen = images.shown(truth), images.shown(renderer)
+    colours = [_chromaticities(images.chromaticity(side), len(truth)) for side in (truth, renderer)]
     columns: list[Column] = []
     rows: dict[str, list[Picture]] = {"truth": [], "renderer": [], "signed difference": []}
     for k, (theirs, ours) in enumerate(zip(renderer, truth, strict=True)):
-        factor = exposure.automatic(ours, theirs)
+        factor = exposure.automatic(shown[k], seen[k])
         columns.append(Column(name(k), f"×{quantities.number(factor)}"))
-        for row, image in (("truth", ours), ("renderer", theirs)):
-            pixels = exposure.encode(image, factor)
-            rows[row].append(_picture(pixels, f"{name(k)}, {row}, exposure ×{quantities.number(factor)}"))
+        for row, image, xy in (("truth", shown[k], colours[0][k]), ("renderer", seen[k], colours[1][k])):
+            alt = f"{name(k)}, {row}, exposure ×{quantities.number(factor)}"
+            rows[row].append(replace(_picture(exposure.encode(image, factor), alt), chromaticity=xy))
         field, is_relative = difference.relative(ours, theirs, whole)
         scale = difference.automatic_scale(field)
         text = quantities.percent(scale) if is_relative else quantities.number(scale)
         alt = f"{name(k)}, renderer minus truth, from −{text} in blue to +{text} in red"
         rows["signed difference"].append(_picture(difference.colours(field, scale), alt, text))
     return Gallery(columns, list(rows.items()))
+
+
+def _chromaticities(xy: exposure.Image | None, count: int) -> list[str]:
+    """The chromaticity of each of the images; empty where it is unknown, or there is no light to have one."""
+    if xy is None:
+        return [""] * count
+    return [f"x {x:.3f}, y {y:.3f}" if np.isfinite(x) else "" for x, y in xy]
 
 
 def _significance(images: BounceImages) -> list[Picture]:
@@ -131,6 +144,6 @@ def _marker(bounce: BounceResult, size: tuple[int, int]) -> Marker:
 def _picture(pixels: Pixels, alt: str, scale: str = "") -> Picture:
     height, width = pixels.shape[:2]
     file = io.BytesIO()
-    PillowImage.fromarray(pixels).save(file, "PNG", optimize=True)
-    uri = "data:image/png;base64," + base64.b64encode(file.getvalue()).decode("ascii")
+    PillowImage.fromarray(pixels).save(file, "WEBP", lossless=True)  # less than half of what a PNG takes
+    uri = "data:image/webp;base64," + base64.b64encode(file.getvalue()).decode("ascii")
     return Picture(uri, width, height, alt, scale)

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from bokeh.embed import components
+from bokeh.core.json_encoder import serialize_json
+from bokeh.embed import json_item
 from bokeh.resources import Resources
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -19,14 +20,24 @@ from reports.plain import plain
 from reports.sections import Section
 
 REPORT_FILE = "report.html"
+FEW = 6
+"""Up to so many comparisons all sections are open, and the table of verdicts is index enough."""
 
 _SYMBOLS = {"pass": "✓", "fail": "✗", "inconclusive": "?", "known": "≈", "unsupported": "–", "error": "!"}
+_INDEX = (
+    "fail",
+    "error",
+    "inconclusive",
+    "known",
+    "unsupported",
+    "pass",
+)  # who looks for something, looks for these
 
 
 def write(results: Results, folder: Path) -> Path:
     """Write ``report.html`` into the folder of the results and return its path."""
     parts = [sections.build(c, f"comparison-{i}", folder) for i, c in enumerate(results.comparisons, start=1)]
-    scripts, plots = _embedded(parts)
+    library, plots = _embedded(parts)
     checks: list[wording.Result] = [*results.comparisons, *results.relations]
     verdict, outcome = wording.outcome(checks)
     text = (
@@ -35,7 +46,7 @@ def write(results: Results, folder: Path) -> Path:
         .render(
             results=results,
             sections=parts,
-            scripts=scripts,
+            library=library,
             plots=plots,
             verdict=verdict,
             outcome=outcome,
@@ -43,6 +54,8 @@ def write(results: Results, folder: Path) -> Path:
             relations=[(r, wording.relation_finding(r)) for r in results.relations],
             meanings=wording.MEANINGS,
             symbols=_SYMBOLS,
+            index=_INDEX,
+            few=FEW,
             columns=max((len(c.bounces) for c in results.comparisons), default=0),
             palette=difference.PALETTE,
         )
@@ -53,14 +66,21 @@ def write(results: Results, folder: Path) -> Path:
 
 
 def _embedded(parts: Sequence[Section]) -> tuple[Markup, dict[str, Markup]]:
-    """Bokeh's library and the plots' script, and the place of each plot by ``anchor-name``."""
+    """Bokeh's library, and the data of each plot by ``anchor-name``, which ``report.js`` draws when it is looked at.
+
+    Each plot is a document of its own: what Bokeh does for a document grows with the square of its plots.
+    """
     figures = {f"{part.anchor}-{name}": plot for part in parts for name, plot in part.figures.items()}
     if not figures:
         return Markup(), {}
-    script, places = components(figures)
     # only the core of BokehJS: widgets, tables and MathJax would triple the page
     library = Resources(mode="inline", components=["bokeh"]).render_js()
-    return Markup(library + script), {name: Markup(place) for name, place in places.items()}
+    return Markup(library), {name: _data(figure) for name, figure in figures.items()}
+
+
+def _data(figure: Any) -> Markup:
+    """A plot as JSON that may stand in a script: nothing in it ends one, or begins a comment."""
+    return Markup(serialize_json(json_item(figure)).replace("<", r"\u003c"))
 
 
 def _environment() -> Environment:

@@ -9,6 +9,7 @@ import numpy as np
 
 from comparisons.results import Images
 from scenes.formats import exr
+from scenes.spectral import chromaticity, linear_srgb, to_xyz
 
 _LARGEST = 256  # pixels of a side; a page shows 160
 
@@ -29,6 +30,18 @@ class BounceImages:
     """Each pixel here is the average of reduction × reduction pixels of the files."""
     size: tuple[int, int]
     """Width and height of the files, pixels."""
+    wavelengths: tuple[float, ...] | None
+    """Of the channels, nm; None where they are R, G, B, or just numbers."""
+
+    def shown(self, radiance: exr.Images) -> exr.Images:
+        """Radiance as a picture shows it, ``(…, channels)``: wavelengths in linear sRGB, others as they are."""
+        return radiance if self.wavelengths is None else linear_srgb(radiance, self.wavelengths)
+
+    def chromaticity(self, radiance: exr.Images) -> exr.Images | None:
+        """CIE x, y of the mean of each image, ``(images, 2)``; None where channels are no wavelengths."""
+        if self.wavelengths is None:
+            return None
+        return chromaticity(to_xyz(radiance.mean(axis=(1, 2)), self.wavelengths))
 
 
 def read(folder: Path, images: Images) -> BounceImages:
@@ -41,10 +54,12 @@ def read(folder: Path, images: Images) -> BounceImages:
     Raises:
         MissingImagesError: a file is missing or damaged, or the two don't fit each other.
     """
-    truth, truth_error = _read(folder / images.truth)
-    renderer, renderer_error = _read(folder / images.renderer)
+    truth, truth_error, wavelengths = _read(folder / images.truth)
+    renderer, renderer_error, others = _read(folder / images.renderer)
     if truth.shape != renderer.shape:
         raise MissingImagesError(f"The truth holds {_shape(truth)}, the renderer's file {_shape(renderer)}.")
+    if wavelengths != others:
+        raise MissingImagesError("The channels of the two files are different wavelengths.")
     height, width = truth.shape[1:3]
     n = -(-max(height, width) // _LARGEST)
     return BounceImages(
@@ -54,12 +69,14 @@ def read(folder: Path, images: Images) -> BounceImages:
         renderer_error=np.sqrt(_averaged(renderer_error**2, n)) / n,
         reduction=n,
         size=(width, height),
+        wavelengths=wavelengths,
     )
 
 
-def _read(path: Path) -> tuple[exr.Images, exr.Images]:
+def _read(path: Path) -> tuple[exr.Images, exr.Images, tuple[float, ...] | None]:
+    """Mean, standard error, and the wavelengths of their channels."""
     try:
-        return exr.read_bounces(path)
+        return *exr.read_bounces(path), exr.read_wavelengths(path)
     except (LookupError, ValueError, OSError) as error:  # a damaged file may break at any of its parts
         raise MissingImagesError(str(error) or f"{path}: can't be read") from error
 

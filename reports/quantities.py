@@ -7,24 +7,43 @@ from datetime import UTC, datetime
 
 from comparisons.results import Interval
 
+EXACT = "0 (exact)"
+"""A bias that has neither size nor noise."""
+
+_ROUNDING = 5e-7  # relative; in images of 32 bits, and at the four decimals of a percentage, less is rounding
+_NOTHING = 1e-12  # relative; less is rounding even in 64 bits
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def percent(value: float) -> str:
-    """A relative size as ``1.3 %``: two digits, no sign but a minus."""
+    """A relative size as ``1.3 %``: two digits, no sign but a minus; ``0 %`` where there is only rounding."""
+    if abs(value) < _NOTHING:
+        return "0 %"
+    if abs(value) < _ROUNDING:
+        return f"{_scientific(100 * value, 1)} %"
     return f"{_fixed(100 * value, _decimals(100 * value))} %"
 
 
 def bias(value: float, interval: Interval) -> str:
-    """A relative bias and half the width of its interval, ``+1.30 ± 0.41 %``."""
-    half = 50 * (interval[1] - interval[0])
-    digits = _decimals(half)
-    return f"{_fixed(100 * value, digits, '+')} ± {_fixed(half, digits)} %"
+    """A relative bias and half the width of its interval, ``+1.30 ± 0.41 %``.
+
+    Without noise it is ``+1.3 ± 0 %``, and ``0 (exact)`` if there is no bias either.
+    """
+    half = (interval[1] - interval[0]) / 2
+    if half >= _ROUNDING:
+        digits = _decimals(100 * half)
+        return f"{_fixed(100 * value, digits, '+')} ± {_fixed(100 * half, digits)} %"
+    if abs(value) < _ROUNDING:
+        return EXACT
+    return f"{_fixed(100 * value, _decimals(100 * value), '+')} ± 0 %"
 
 
 def interval(value: Interval) -> str:
     """A relative interval, ``+0.9 to +1.7 %``."""
-    digits = _decimals(50 * (value[1] - value[0]))
+    half, largest = (value[1] - value[0]) / 2, max(map(abs, value))
+    if largest < _ROUNDING:
+        return "0 to 0 %"
+    digits = _decimals(100 * (half if half >= _ROUNDING else largest))
     return f"{_fixed(100 * value[0], digits, '+')} to {_fixed(100 * value[1], digits, '+')} %"
 
 
@@ -32,8 +51,7 @@ def number(value: float) -> str:
     """Any number with four digits: ``0.1235``, ``1.2×10⁻⁷``."""
     if value == 0 or 1e-4 <= abs(value) < 1e6:
         return f"{value:.4g}".replace("-", "−") if abs(value) < 1e4 else _fixed(value, 0)
-    mantissa, exponent = f"{value:.3e}".split("e")
-    return f"{mantissa}×10{str(int(exponent)).translate(_SUPERSCRIPTS)}".replace("-", "−")
+    return _scientific(value, 3)
 
 
 def decimal_label(mantissa: int, exponent: int) -> str:
@@ -72,7 +90,12 @@ def partial_sum(bounces: int) -> str:
 
 def _decimals(value: float) -> int:
     """How many decimals show two digits of the value, at most four."""
-    return 2 if value == 0 else min(max(1 - math.floor(math.log10(abs(value))), 0), 4)
+    return min(max(1 - math.floor(math.log10(abs(value))), 0), 4)
+
+
+def _scientific(value: float, decimals: int) -> str:
+    mantissa, exponent = f"{value:.{decimals}e}".split("e")
+    return f"{mantissa}×10{str(int(exponent)).translate(_SUPERSCRIPTS)}".replace("-", "−")
 
 
 def _fixed(value: float, decimals: int, sign: str = "-") -> str:

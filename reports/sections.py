@@ -21,6 +21,8 @@ class Pictures:
     sums: Gallery
     grey_of: int
     """How many channels each grey pixel is the mean of; 0 for pictures in colour."""
+    wavelengths: int
+    """How many wavelengths each coloured pixel is made of; 0 where channels are none."""
     reduction: int
     """Each pixel shown is the average of reduction × reduction pixels."""
 
@@ -73,4 +75,11 @@ def _pictures(comparison: Comparison, folder: Path) -> tuple[Pictures | None, st
     channels = both.truth.shape[-1]
     with np.errstate(invalid="ignore", over="ignore"):  # pixels that aren't finite are shown, not warned of
         bounces, sums = gallery.of_bounces(both, comparison.bounces), gallery.of_partial_sums(both)
-    return Pictures(bounces, sums, 0 if channels == 3 else channels, both.reduction), ""
+    spectral = both.wavelengths is not None
+    return Pictures(
+        bounces,
+        sums,
+        grey_of=0 if spectral or channels == 3 else channels,
+        wavelengths=channels if spectral else 0,
+        reduction=both.reduction,
+    ), ""

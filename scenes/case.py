@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.channels import check_wavelengths
 from scenes.formats import exr
 from scenes.scene import Scene
 
@@ -158,7 +159,11 @@ class Case:
         derivation: why the answer is what it is.
         blind_to: what the case can't reveal.
         tiles: rows and columns of the grid of tiles.
-        wavelengths: of each channel, nm; None where channels are red, green and blue, or just numbers.
+        wavelengths: of each channel, nm, ascending in equal steps within 360 to 830; None where channels are red,
+            green and blue, or just numbers.
+
+    Raises:
+        ValueError: the wavelengths are not those of the scene's channels.
     """
 
     name: str
@@ -173,3 +178,7 @@ class Case:
     max_bounces: int | None = None
     tiles: tuple[int, int] = field(default=(4, 4))
     wavelengths: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if self.wavelengths is not None:
+            check_wavelengths(self.wavelengths, self.scene.channels)

@@ -31,12 +31,8 @@ def cone_coverage(cone: Array, axis: Array, sensor: Pinhole) -> Array:
     Raises:
         ValueError: the conic is no ellipse.
     """
-    M = sensor.pixel_to_direction
-    q = M.T @ cone @ M  # (x, y, 1) q (x, y, 1)ᵀ > 0 inside; x, y in pixels
-    if q[0, 0] >= 0 or np.linalg.det(q[:2, :2]) <= 0:
-        raise ValueError("the cone must cut the image plane in an ellipse")
-    center = -np.linalg.solve(q[:2, :2], q[:2, 2])
-    if (M @ np.append(center, 1)) @ axis <= 0:  # the nappe that is meant lies behind the camera
+    q = conic(cone, axis, sensor)
+    if q is None:
         return np.zeros((sensor.height, sensor.width))
 
     # row by row: at once, all pixels with all their nodes would take gigabytes
@@ -78,8 +74,8 @@ def half_space_coverage(normal: Array, sensor: Pinhole) -> Array:
 def _row_coverage(q: Array, y0: float, width: int) -> Array:
     """The share of each pixel of the row [y0, y0 + 1] that lies inside the ellipse, ``(width,)``."""
     x0 = np.arange(width, dtype=float)
-    kinks = np.clip(_kinks(q, x0), y0, y0 + 1)
-    edges = np.sort(np.concatenate([kinks, np.broadcast_to([[y0], [y0 + 1]], (2, width))]), axis=0)
+    breaks = np.clip(kinks(q, x0), y0, y0 + 1)
+    edges = np.sort(np.concatenate([breaks, np.broadcast_to([[y0], [y0 + 1]], (2, width))]), axis=0)
     low, high = edges[:-1], edges[1:]
 
     # y = low + (high − low) sin²(φ), which takes the square root at the top and bottom of the ellipse away
@@ -87,20 +83,40 @@ def _row_coverage(q: Array, y0: float, width: int) -> Array:
     phi = (nodes + 1).reshape(-1, 1, 1) * np.pi / 4
     y = low + (high - low) * np.sin(phi) ** 2
     dy = (high - low) * np.sin(2 * phi) * weights.reshape(-1, 1, 1) * np.pi / 4
-    left, right = _chord(q, y)
+    left, right = chord(q, y)
     length = np.clip(np.minimum(right, x0 + 1) - np.maximum(left, x0), 0, 1)
     coverage: Array = (length * dy).sum(axis=(0, 1))
     return coverage
 
 
-def _chord(q: Array, y: Array) -> tuple[Array, Array]:
+def conic(cone: Array, axis: Array, sensor: Pinhole) -> Array | None:
+    """The ellipse in which a cone cuts the image plane: (x, y, 1) q (x, y, 1)ᵀ > 0 inside, x and y in pixels.
+
+    Args:
+        cone, axis, sensor: as of ``cone_coverage``.
+
+    Returns:
+        q, symmetric ``(3, 3)``; None if the nappe that is meant lies behind the camera.
+
+    Raises:
+        ValueError: the conic is no ellipse.
+    """
+    M = sensor.pixel_to_direction
+    q: Array = M.T @ cone @ M
+    if q[0, 0] >= 0 or np.linalg.det(q[:2, :2]) <= 0:
+        raise ValueError("the cone must cut the image plane in an ellipse")
+    center = -np.linalg.solve(q[:2, :2], q[:2, 2])
+    return q if (M @ np.append(center, 1)) @ axis > 0 else None
+
+
+def chord(q: Array, y: Array) -> tuple[Array, Array]:
     """Where the ellipse begins and ends in the row y; both at the same place if the row misses it."""
     b, c = q[0, 1] * y + q[0, 2], q[1, 1] * y**2 + 2 * q[1, 2] * y + q[2, 2]
     root = np.sqrt(np.maximum(b**2 - q[0, 0] * c, 0))
     return (b - root) / -q[0, 0], (b + root) / -q[0, 0]
 
 
-def _kinks(q: Array, x0: Array) -> Array:
+def kinks(q: Array, x0: Array) -> Array:
     """The y at which the ellipse has its top, its bottom, or crosses a vertical edge of a pixel, ``(6, width)``."""
     crossings = []
     for x in (x0, x0 + 1):

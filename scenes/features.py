@@ -54,3 +54,5 @@ def _emission(surface: Surface) -> Iterator[str]:
     yield _tag(surface.emission)
     if surface.emission.polar_range is not None:
         yield "polar_range"
+    if surface.emission.angular_profile is not None:
+        yield "angular_profile"

@@ -8,6 +8,10 @@ View factors for perpendicular and parallel rectangular plates, J. Thermophysics
   2πG = b √(a² + z²) atan(b / √(a² + z²)) + a √(b² + z²) atan(a / √(b² + z²)) − (z²/2) ln(a² + b² + z²);
 - perpendicular, x and ξ the distances from the line in which the planes meet, b = y − η along it:
   2πG = b √(x² + ξ²) atan(b / √(x² + ξ²)) − ¼ (x² + ξ² − b²) ln(x² + ξ² + b²).
+
+A point takes the place of the rectangle in ``solid_angles``: the flux of a point light on a cell is its intensity
+times ∫ cos θ / d² dA, with x and y from the foot of the perpendicular the alternating sum over the cell's corners of
+G = atan(xy / z √(x² + y² + z²)) (Khadjavi 1968, Calculation of solid angle subtended by rectangular apertures).
 """
 
 from __future__ import annotations
@@ -65,6 +69,22 @@ def perpendicular_exchange(x: Array, y: Array, xi: tuple[float, float], eta: tup
         return (b * root * angle - (c - b**2) / 4 * logarithm) / (2 * np.pi)
 
     return _alternating(G, x, y, xi, eta)
+
+
+def solid_angles(x: Array, y: Array, z: float) -> Array:
+    """Under which a point sees every cell of a grid.
+
+    Args:
+        x, y: the edges of the grid's columns ``(n + 1,)`` and rows ``(m + 1,)``, from the foot of the perpendicular.
+        z: distance of the point from the plane, > 0.
+
+    Returns:
+        ``(m, n)``, sr; the sign is that of the order in which the edges run.
+    """
+    columns, rows = x[None, :], y[:, None]
+    G = np.arctan(columns * rows / (z * np.sqrt(columns**2 + rows**2 + z**2)))
+    cells: Array = np.diff(np.diff(G, axis=0), axis=1)
+    return cells
 
 
 def _alternating(

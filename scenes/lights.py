@@ -64,19 +64,53 @@ class PolarRange(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class AreaLight(
     msgspec.Struct, frozen=True, tag_field="type", tag="area", forbid_unknown_fields=True, omit_defaults=True
 ):
-    """A surface that emits the same radiance from its front into every direction.
+    """A surface that emits from its front, the same everywhere and, unless it has a profile, in every direction.
+
+    With a profile Le(θ) = radiance · p(cos θ), θ to the surface's own normal; a two-sided surface does so behind,
+    too.
 
     Attributes:
         radiance: per channel, ≥ 0, W·m⁻²·sr⁻¹ or any unit proportional to it.
         polar_range: limits the emission of a sphere to a zone; None for the whole surface.
+        angular_profile: p, factors ≥ 0 at equal steps of cos θ from 0 (grazing) to 1 (along the normal), at least
+            two of them, each one number per channel; linear in cos θ in between. None for 1.
     """
 
     radiance: tuple[float, ...]
     polar_range: PolarRange | None = None
+    angular_profile: tuple[tuple[float, ...], ...] | None = None
 
     def __post_init__(self) -> None:
         per_channel(self, "radiance")
         instance(self, "polar_range", PolarRange | None, "a PolarRange or None")
+        if self.angular_profile is not None:
+            self._check_profile()
+
+    def _check_profile(self) -> None:
+        rows = table(self, "angular_profile", (None, len(self.radiance)), low=0.0)
+        place, found = path(self, "angular_profile"), self.angular_profile
+        if len(rows) < 2:
+            raise SceneError(place, found, "factors at two cosines at least: 0 is the first, 1 the last")
+        if not rows.any():
+            raise SceneError(place, found, "a factor > 0; a surface that emits nothing has no emission")
+
+    @property
+    def emits(self) -> bool:
+        """Whether any channel is above zero, at some angle."""
+        highest = 1.0 if self.angular_profile is None else np.max(self.angular_profile, axis=0)
+        return bool(np.any(np.multiply(self.radiance, highest)))
+
+    @property
+    def diffuse_radiance(self) -> tuple[float, ...]:
+        """The radiance, for formulas that take it to be the same in every direction.
+
+        Raises:
+            SceneError: it is not.
+        """
+        if self.angular_profile is not None:
+            raise SceneError(path(self, "angular_profile"), self.angular_profile, "None: the formula is for "
+                             "radiance that is the same in every direction")  # fmt: skip
+        return self.radiance
 
 
 Emission = AreaLight

@@ -37,19 +37,33 @@ def pixel_average(sensor: Pinhole | Orthographic, radiance: Radiance) -> Array:
     Raises:
         NotSmoothError: naming a pixel on which orders disagree.
     """
-    count = sensor.width * sensor.height
-    image, open_ones = np.empty((0, 0)), np.arange(count)
+    averages = pixel_averages(sensor, radiance, np.arange(sensor.width * sensor.height))
+    return averages.T.reshape(sensor.height, sensor.width, -1)
+
+
+def pixel_averages(sensor: Pinhole | Orthographic, radiance: Radiance, pixels: NDArray[np.intp]) -> Array:
+    """The mean of a radiance over some of the pixels, ``(channels, len(pixels))``.
+
+    Args:
+        sensor, radiance: as of ``pixel_average``.
+        pixels: their numbers, row by row, ``(n,)``.
+
+    Raises:
+        NotSmoothError: naming a pixel on which orders disagree.
+    """
+    averages, left = np.empty((0, 0)), np.arange(len(pixels))
     for order in ORDERS:
-        found = _gauss(sensor, radiance, open_ones, order)
+        found = _gauss(sensor, radiance, pixels[left], order)
         if order == ORDERS[0]:
-            image = found
+            averages = found
             continue
-        unsettled = np.abs(found - image[:, open_ones]).max(axis=0) > TOLERANCE * np.abs(image).max()
-        image[:, open_ones] = found
-        open_ones = open_ones[unsettled]
-        if not len(open_ones):
-            return image.T.reshape(sensor.height, sensor.width, -1)
-    row, column = divmod(int(open_ones[0]), sensor.width)
+        largest = np.abs(averages).max(initial=0)
+        unsettled = np.abs(found - averages[:, left]).max(axis=0) > TOLERANCE * largest
+        averages[:, left] = found
+        left = left[unsettled]
+        if not len(left):
+            return averages
+    row, column = divmod(int(pixels[left[0]]), sensor.width)
     raise NotSmoothError(
         f"row {row}, column {column}: quadrature of {ORDERS[-2]}² and {ORDERS[-1]}² nodes disagree; expected a pixel "
         "that sees no edge"
@@ -74,5 +88,5 @@ def _gauss(sensor: Pinhole | Orthographic, radiance: Radiance, pixels: NDArray[n
     x = columns[:, None, None] + nodes[None, None, :] + 0 * nodes[None, :, None]
     y = rows[:, None, None] + nodes[None, :, None] + 0 * nodes[None, None, :]
     values = radiance(*rays(sensor, x.ravel(), y.ravel()))
-    average: Array = values.reshape(len(values), len(pixels), -1) @ np.outer(weights, weights).ravel()
+    average: Array = values.reshape(len(values), len(pixels), order**2) @ np.outer(weights, weights).ravel()
     return average

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from pathlib import Path
@@ -99,6 +100,11 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     def to_json(self) -> bytes:
         """The scene as JSON, indented."""
         return msgspec.json.format(msgspec.json.encode(self), indent=2) + b"\n"
+
+    @property
+    def sha256(self) -> str:
+        """The SHA-256 of ``to_json``, in hexadecimal: whether a file belongs to this scene."""
+        return hashlib.sha256(self.to_json()).hexdigest()
 
     @classmethod
     def from_json(cls, content: bytes | str) -> Scene:

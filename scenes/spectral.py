@@ -1,4 +1,4 @@
-"""Radiance per wavelength → CIE XYZ → linear sRGB, by colour-science.
+"""Radiance per wavelength → CIE XYZ → linear sRGB, by the observers and colour spaces of colour-science.
 
     X = k Σ_i x̄(λ_i) L(λ_i) Δλ,    Y and Z likewise,    k = 1 / Σ_i ȳ(λ_i) Δλ
 
@@ -14,6 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.channels import check_wavelengths
+
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # colour-science warns that Matplotlib is absent; only its plots need it
     import colour
@@ -26,26 +28,35 @@ def to_xyz(radiance: Array, wavelengths: Sequence[float]) -> Array:
 
     Args:
         radiance: ``(…, wavelengths)``.
-        wavelengths: of the last axis, nm, ascending in equal steps.
+        wavelengths: of the last axis, nm, ascending in equal steps within 360 to 830.
 
     Returns:
         ``(…, 3)``.
 
     Raises:
-        ValueError: the steps are not equal, or there are not as many wavelengths as channels.
+        ValueError: the wavelengths are not such, or not as many as channels.
     """
-    shape = _shape(wavelengths)
-    if radiance.shape[-1] != len(wavelengths):
-        raise ValueError(f"{radiance.shape[-1]} channels, expected one per wavelength: {len(wavelengths)}")
-    cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
-    xyz: Array = colour.msds_to_XYZ(radiance, cmfs=cmfs, method="Integration", shape=shape) / 100
+    check_wavelengths(wavelengths, radiance.shape[-1])
+    table = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]  # from 360 to 830 nm, in steps of 1
+    sampled = [np.interp(wavelengths, table.wavelengths, column) for column in table.values.T]
+    matching = np.stack(sampled, axis=-1)
+    xyz: Array = radiance @ matching / matching[:, 1].sum()
     return xyz
 
 
 def to_rgb(xyz: Array) -> Array:
-    """Linear sRGB of CIE XYZ, ``(…, 3)`` → ``(…, 3)``; not clamped, and negative outside sRGB's gamut."""
+    """Linear sRGB of CIE XYZ, ``(…, 3)`` → ``(…, 3)``; not clamped, and negative outside sRGB's gamut.
+
+    The colour is kept as it is, not adapted to a white: that of D65 is grey, equal energy is a little reddish.
+    """
     rgb: Array = colour.XYZ_to_RGB(xyz, "sRGB", illuminant=None, apply_cctf_encoding=False)
     return rgb
+
+
+def linear_srgb(radiance: Array, wavelengths: Sequence[float]) -> Array:
+    """Radiance as a picture shows it, ``(…, wavelengths)`` → ``(…, 3)``: ``to_rgb(to_xyz(radiance, …))``."""
+    with np.errstate(invalid="ignore"):  # what is not finite stays so
+        return to_rgb(to_xyz(radiance, wavelengths))
 
 
 def chromaticity(xyz: Array) -> Array:
@@ -62,12 +73,7 @@ def illuminant(name: str, wavelengths: Sequence[float]) -> Array:
         name: ``E``, ``D65``, ….
         wavelengths: nm, ascending in equal steps.
     """
-    values: Array = colour.SDS_ILLUMINANTS[name].copy().align(_shape(wavelengths)).values / 100
+    check_wavelengths(wavelengths, len(wavelengths))
+    shape = colour.SpectralShape(wavelengths[0], wavelengths[-1], wavelengths[1] - wavelengths[0])
+    values: Array = colour.SDS_ILLUMINANTS[name].copy().align(shape).values / 100
     return values
-
-
-def _shape(wavelengths: Sequence[float]) -> colour.SpectralShape:
-    steps = np.diff(wavelengths)
-    if not len(steps) or not (steps > 0).all() or np.ptp(steps) > 1e-9 * steps[0]:
-        raise ValueError(f"wavelengths {list(wavelengths)}: expected two or more, ascending in equal steps")
-    return colour.SpectralShape(wavelengths[0], wavelengths[-1], float(steps[0]))

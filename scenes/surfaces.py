@@ -66,7 +66,7 @@ class Surface(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     @property
     def emits(self) -> bool:
         """Whether any channel of its emission is above zero."""
-        return self.emission is not None and any(self.emission.radiance)
+        return self.emission is not None and self.emission.emits
 
 
 _BOX_FACES = ("left", "right", "bottom", "top", "back", "front")

@@ -65,7 +65,8 @@ def open_report() -> Iterator[OpenReport]:
     """``open_report(path)`` opens a report in Chromium, checks it, and returns the page for further checks.
 
     It fails on any error or warning in the console, any request but the file itself, any image that does not
-    load and, unless ``plots=False``, any plot that is not drawn. Options go to Playwright's ``new_page``.
+    load and, unless ``plots=False``, any plot of an open section that is not drawn once it is in view. Options go to
+    Playwright's ``new_page``.
     """
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
@@ -102,13 +103,15 @@ def _checked(browser: Any, path: Path, plots: bool, options: dict[str, Any]) -> 
     page.goto(path.resolve().as_uri())
     page.wait_for_load_state("load")
     if plots:
-        # Playwright's selectors look into the shadow roots that Bokeh draws in
-        page.wait_for_selector(".plot canvas", state="attached")
-        page.wait_for_function("() => Bokeh.documents.length && Bokeh.documents.every(d => d.is_idle)")
-        for plot in page.query_selector_all(".plot"):
-            canvas = plot.query_selector("canvas")
-            assert canvas is not None, "a plot has no canvas"
+        drawn = [plot for plot in page.query_selector_all(".plot") if plot.is_visible()]
+        assert drawn, "there is no plot"
+        for plot in drawn:
+            plot.scroll_into_view_if_needed()
+            # Playwright's selectors look into the shadow roots that Bokeh draws in
+            canvas = plot.wait_for_selector("canvas", state="attached")
+            page.wait_for_function("() => Bokeh.documents.every(d => d.is_idle)")
             assert canvas.evaluate(_HAS_INK), "a plot is empty"
+        page.evaluate("() => scrollTo(0, 0)")
     unseen = page.evaluate("() => [...document.images].filter(i => !i.naturalWidth).map(i => i.alt)")
     assert not unseen, f"images that don't load: {unseen}"
     page.wait_for_timeout(200)

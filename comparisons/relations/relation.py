@@ -80,6 +80,9 @@ class Witness(Protocol):
     def first_hits(self, scene: Scene) -> Hits:
         """What its rays meet first; see ``renderers.protocol.SeesFirstHits``."""
 
+    def restart(self) -> None:
+        """End its process: the next question goes to a new one."""
+
 
 @dataclass(frozen=True)
 class Told:

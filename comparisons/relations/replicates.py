@@ -1,16 +1,10 @@
 """Replicates of a claim: both sides rendered once, with seeds of their own.
 
-Replicate r is the pair (Aᵣ − Bᵣ, Bᵣ), where A and B are the two sides. All renders in it are independent, so
+Replicate r is the pair (Aᵣ, Bᵣ), where A and B are the two sides. All renders in it are independent, so the mean of
+A − B is 0 if the claim holds, and its variance is the sum of those of both means (Welch). A side of several renders
+is noisy as their sum is.
 
-    mean of A − B    is 0 if the claim holds,
-    its variance     is that of both sides together, from the spread of the differences
-
-and the interval of the mean of A − B counts the noise of both sides without assuming that they are alike, with
-n − 1 degrees of freedom (Welch's interval for n replicates of each has up to twice as many: the difference is that
-between t₃₁ and t₆₂, and smaller at every look). Where both sides have the same distribution, that of A − B is
-symmetric, however skewed each of them is.
-
-The pair travels as one image, the channels of A − B before those of B, so that ``Sampler`` takes it like any other.
+The pair travels as one image, the channels of A before those of B, so that ``Sampler`` takes it like any other.
 """
 
 from __future__ import annotations
@@ -73,7 +67,7 @@ class Pairs:
             for (sign, part, asked), image in zip(added, images, strict=True):
                 sides[sign] = sides[sign] + _rows(part, asked, bounces, image)
             first, second = np.broadcast_arrays(sides[1], sides[-1])
-            return np.concatenate([first - second, second], axis=-1)
+            return np.concatenate([first, second], axis=-1)
 
         return _all_of(futures, paired)
 
@@ -112,7 +106,7 @@ def _all_of(
 
 
 def split(pairs: Moments) -> tuple[Moments, Moments]:
-    """The moments of A − B and those of B."""
+    """The moments of A and those of B."""
     channels = pairs.mean.shape[-1] // 2
     return _channels(pairs, slice(channels)), _channels(pairs, slice(channels, None))
 

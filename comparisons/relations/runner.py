@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,16 +19,19 @@ from comparisons.crew import Crew as Processes
 from comparisons.regions import Regions
 from comparisons.relations.relation import Claim, Equal, NotApplicableError, Relation
 from comparisons.relations.replicates import Crew, Pairs, split
-from comparisons.renderers import Hits, Images, RendererError, Unsupported, canonical
+from comparisons.renderers import Hits, Images, RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Look, RelationResult
-from comparisons.sequential import GRACE, MIN_REPLICATES, Job, Sampler, first_seed
+from comparisons.sequential import GRACE, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
-from comparisons.statistics.intervals import alpha_of_look, biases, denominators
+from comparisons.statistics import skewness
+from comparisons.statistics.intervals import Means, alpha_of_look, biases, denominators
+from comparisons.statistics.rare_events import event_size, least_error
 from comparisons.verdict import Measured, judge, overall
 from scenes import Scene, SceneError, Tolerance
-from scenes.formats.exr import channel_names
+from scenes.channels import channel_names
 
 DEFAULT_BOUNCES = 3
+_ALL = 10**9  # replicates: as many as the budget has room for
 FIRST_LOOK = 0.4
 """Seconds that the first replicates of a claim should take: most claims hold, and that is soon seen."""
 
@@ -44,11 +47,13 @@ class Subject:
         name: what it is called.
         scene: the scene.
         bounces: the last bounce unless told otherwise.
+        wavelengths: of each channel, nm; None where channels are just numbers.
     """
 
     name: str
     scene: Scene
     bounces: int = DEFAULT_BOUNCES
+    wavelengths: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -117,8 +122,9 @@ class _Trying:
         image, tile = settings.tolerance, settings.tile_tolerance
         usual = task.tolerance or self.relation.tolerance
         self.tolerance = Tolerance(
-            image=usual.image if image is None else (image,), tile=usual.tile if tile is None else (tile,)
+            image=usual.image if image is None else image, tile=usual.tile if tile is None else tile
         )
+        self.channels = channel_names(task.subject.scene.channels, task.subject.wavelengths)
 
     def results(self) -> list[RelationResult]:
         """One per claim; one in all where nothing can be claimed, or the renderer can't be loaded."""
@@ -159,61 +165,89 @@ class _Trying:
         def show(share: float) -> None:
             self.observer.progressed(share, f"open bounces: {', '.join(map(str, open_bounces))}")
 
-        scene = claim.first[0].scene
-        least = -(-self.walks // (scene.shape[0] * scene.shape[1]))
-        # no two claims share random numbers, on whatever scene
-        key = zlib.crc32(f"{self.relation.name} {claim.label} {self.subject.name}".encode())
-        seed = first_seed(self.settings.seed << 32 | key)
-        job = Job(self.name, scene, bounces, seed, self.budget, show, FIRST_LOOK, least)
-        sampler = Sampler(job, Pairs(claim, self.crew, seed), regions)
-        target = MIN_REPLICATES
+        deterministic = traits(self.name).deterministic
+        sampler = Sampler(self._job(claim, bounces, show, deterministic), self._pairs(claim), regions)
+        # without early stop there is one look, at the end
+        count = sampler.enough if self.settings.early_stop or deterministic else _ALL
         while True:
-            sampler.draw(open_bounces, target)
+            sampler.draw(open_bounces, count)
             level = alpha_of_look(self.settings.alpha, len(looks) + 1)
-            for measured in self._measured(claim, sampler, open_bounces, level, len(looks) + 1):
+            for measured in self._measured(claim, sampler, regions, open_bounces, level, len(looks) + 1):
                 found[measured.bounce] = judge(measured, self.tolerance, regions, None)
-            replicates = sampler.regions[open_bounces[-1]].count
+            count = sampler.regions[open_bounces[-1]].count  # twice as many at the next look
             open_bounces[:] = [k for k in open_bounces if found[k].verdict == "inconclusive"]
             looks.append(
                 Look(
-                    replicates=replicates,
+                    replicates=count,
                     seconds=sampler.seconds,
                     alpha=level,
                     open_bounces=list(open_bounces),
                 )
             )
-            if not open_bounces or sampler.exhausted:
+            if not open_bounces or sampler.exhausted or deterministic:
                 break
-            target *= 2
         return self._compared(claim, sampler, [found[k] for k in bounces], looks)
 
-    def _measured(
-        self, claim: Equal, sampler: Sampler, of: Sequence[int], level: float, look: int
-    ) -> Iterator[Measured]:
-        """The deviation of the first side from the second, of each of these bounces.
+    def _job(
+        self, claim: Equal, bounces: list[int], show: Callable[[float], None], deterministic: bool
+    ) -> Job:
+        scene = claim.first[0].scene
+        return Job(
+            self.name,
+            scene,
+            list(bounces),
+            self._seed(claim),
+            self.budget,
+            show,
+            first_look=FIRST_LOOK if self.settings.early_stop else self.budget / 12,
+            least_spp=-(-self.walks // (scene.shape[0] * scene.shape[1])),
+            deterministic=deterministic,
+        )
 
-        The second side is what the deviation is relative to. Its noise is already in that of the difference, so
-        the truth that a bias is the deviation from is an exact 0.
-        """
+    def _pairs(self, claim: Equal) -> Pairs:
+        return Pairs(claim, self.crew, self._seed(claim))
+
+    def _seed(self, claim: Equal) -> int:
+        """Of replicate 0. No two claims share random numbers, on whatever scene."""
+        key = zlib.crc32(f"{self.relation.name} {claim.label} {self.subject.name}".encode())
+        return first_seed(self.settings.seed << 32 | key)
+
+    def _measured(
+        self, claim: Equal, sampler: Sampler, regions: Regions, of: Sequence[int], level: float, look: int
+    ) -> Iterator[Measured]:
+        """The deviation of the first side from the second, and relative to it, of each of these bounces."""
         sides = {k: split(moments) for k, moments in sampler.regions.items()}
-        second = np.stack([second.mean for _, second in sides.values()], axis=1)
-        relative_to = denominators(second)
-        spp = claim.first[0].spp(sampler.spp)
-        for row, (k, (difference, truth)) in enumerate(sides.items()):
+        relative_to = denominators(np.stack([second.mean for _, second in sides.values()], axis=1))
+        spp = [side[0].spp(sampler.spp) for side in (claim.first, claim.second)]
+        for row, (k, (first, second)) in enumerate(sides.items()):
             if k not in of:
                 continue
-            mean, relative = truth.mean, relative_to[:, row]
-            zero = np.zeros_like(mean)
+            light, n = (first.mean + second.mean) / 2, first.count
+            least = [
+                least_error(event_size(pixels, samples), light, regions.pixels() * samples * n)
+                for pixels, samples in zip(split(sampler.pixels[k]), spp, strict=True)
+            ]
+            found = biases(
+                Means.of(first),
+                Means.of(second),
+                relative_to[:, row],
+                level,
+                family=relative_to.size,
+                least_error=np.hypot(*least),
+            )
             yield Measured(
                 bounce=k,
-                biases=biases(difference, zero, zero, relative, level, family=second.size),
-                mean=mean + difference.mean,
-                truth=mean,
-                denominator=relative,
+                channels=self.channels,
+                biases=found,
+                mean=first.mean,
+                truth=second.mean,
+                denominator=relative_to[:, row],
+                skewness=skewness.of_the_mean(first) * np.sqrt(n),
+                dominance=np.maximum(first.dominance, second.dominance),
                 look=look,
-                replicates=difference.count,
-                spp=spp * difference.count,
-                enough=difference.count >= MIN_REPLICATES,
+                replicates=n,
+                spp=spp[0] * n,
+                enough=n >= sampler.enough,
             )
 
     def _compared(
@@ -247,7 +281,7 @@ class _Trying:
             scene=self.subject.name,
             renderer=self.shown,
             renderer_version=self.version,
-            channels=channel_names(self.subject.scene.channels),
+            channels=self.channels,
             alpha=self.settings.alpha,
             seconds=seconds,
             **changes,
@@ -267,6 +301,9 @@ class _Asked:
 
     def first_hits(self, scene: Scene) -> Hits:
         return self.crew.first_hits(self.name, scene, self.budget + GRACE).result()
+
+    def restart(self) -> None:
+        self.crew.dismiss(self.name)
 
 
 def _seen(claim: Equal) -> tuple[int, int, int]:

@@ -32,6 +32,7 @@ __all__ = [
     "canonical",
     "create",
     "strategies_of",
+    "traits",
 ]
 
 
@@ -44,6 +45,8 @@ class Entry:
         module, adapter, argument: which class to make, and with what. It is imported in the worker process
             that runs it, and nowhere else.
         package: the distribution that it needs besides this one's own.
+        deterministic: whether it has no noise, so that every seed gives the same image.
+        one_walk: whether a bounce brings all earlier ones along for nothing.
     """
 
     title: str
@@ -51,24 +54,35 @@ class Entry:
     adapter: str
     argument: str
     package: str = "lightproof"
+    deterministic: bool = False
+    one_walk: bool = False
 
 
 RENDERERS: Mapping[str, Entry] = MappingProxyType(
     {
         "reference:mis": Entry(
-            "the reference tracer: next event and chance, weighted", "reference", "ReferenceRenderer", "mis"
+            "the reference tracer: next event and chance, weighted",
+            "reference",
+            "ReferenceRenderer",
+            "mis",
+            one_walk=True,
         ),
         "reference:mis:sobol": Entry(
             "the reference tracer, on scrambled Sobol' points over the whole image",
             "reference",
             "ReferenceRenderer",
             "mis:sobol",
+            one_walk=True,
         ),
         "reference:nee": Entry(
-            "the reference tracer: next event alone", "reference", "ReferenceRenderer", "nee"
+            "the reference tracer: next event alone", "reference", "ReferenceRenderer", "nee", one_walk=True
         ),
         "reference:bsdf": Entry(
-            "the reference tracer: emission found by chance", "reference", "ReferenceRenderer", "bsdf"
+            "the reference tracer: emission found by chance",
+            "reference",
+            "ReferenceRenderer",
+            "bsdf",
+            one_walk=True,
         ),
         "mitsuba:scalar_rgb": Entry(
             "Mitsuba 3, integrator path", "mitsuba", "MitsubaRenderer", "scalar_rgb", "mitsuba"
@@ -99,6 +113,11 @@ def canonical(name: str) -> str:
 def strategies_of(name: str) -> tuple[str, ...]:
     """The other ways in which the renderer of that full name can estimate the same image."""
     return tuple(other for other in STRATEGIES if other != name) if name in STRATEGIES else ()
+
+
+def traits(name: str) -> Entry:
+    """What is declared of a renderer; nothing out of the ordinary for one that is not listed."""
+    return RENDERERS.get(name, Entry("", "", "", ""))
 
 
 def create(name: str) -> Renderer:

@@ -76,9 +76,9 @@ class MitsubaRenderer:
     def first_hits(self, scene: Scene) -> Hits:
         """Its camera's rays through the centres of pixels, met by its ``ray_intersect``; see the protocol.
 
-        The scene is loaded without optimisation, which merges shapes of the same material into one.
+        Optimised, Mitsuba would merge shapes of the same material, and none could be told from the others.
         """
-        mi_scene = self._load_scene(scene, optimize=False)
+        mi_scene = self._load(scene)
         [sensor], (height, width, _) = mi_scene.sensors(), scene.shape
         hits = np.tile([[np.inf], [0.0], [0.0], [0.0], [-1.0]], height * width)
         origin, forward = np.array(scene.sensor.origin), None
@@ -99,9 +99,11 @@ class MitsubaRenderer:
     def _path(self, depth: int) -> Any:
         return self._mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": _NO_ROULETTE})
 
-    def _load_scene(self, scene: Scene, optimize: bool = True) -> Any:
+    def _load_scene(self, scene: Scene) -> Any:
         with TemporaryDirectory() as folder:  # meshes are read when the dictionary is loaded, and not again
-            return self._mi.load_dict(scene_dict(self._mi, scene, Path(folder)), optimize=optimize)
+            # optimised, shapes come in the order of their addresses in memory, and so do the emitters among which a
+            # random number chooses: the same seed would give another image each time
+            return self._mi.load_dict(scene_dict(self._mi, scene, Path(folder)), optimize=False)
 
 
 def _refuse_cancellation(bounces: Sequence[int], terms: Array, sums: Array) -> None:

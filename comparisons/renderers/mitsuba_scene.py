@@ -7,7 +7,7 @@
 - Meshes go through a PLY file, since emitters can't be attached to a mesh in memory.
 - Texture coordinates are the same on rectangles and meshes; on a sphere Mitsuba's v runs down from the pole. The
   first row of a bitmap is at v = 0. A disk has polar ones.
-- A zone of emission is a texture of one column whose rows are equal steps of the polar angle.
+- A zone of emission is a texture of one column, see ``zone_rows``.
 - Rough materials: GGX, visible normals, and the separable shadowing, which is the only one that Mitsuba has.
 - The first row of Mitsuba's environment map is the pole +y, the last one −y, see ``environment_rows``; longitude
   runs from −z to +x.
@@ -56,6 +56,7 @@ from scenes import (
     Texture,
     ThinLens,
 )
+from scenes.formats.mitsuba_pictures import environment_rows, zone_rows
 from scenes.materials import is_textured
 from scenes.validation import Vector
 
@@ -313,26 +314,15 @@ def _bitmap(mi: Any, pixels: Array, interpolation: str) -> Dict:
 
 
 def _radiance(mi: Any, light: AreaLight) -> Dict:
+    if light.angular_profile is not None:
+        raise Unsupported("an angular profile of emission: Mitsuba's area light is diffuse")
     if light.polar_range is None:
         return _rgb(light.radiance)
-    return _bitmap(mi, zone_texture(light), "nearest")
-
-
-def zone_texture(light: AreaLight) -> Array:
-    """Radiance over the polar angle, in as few equal steps as have a border at both limits, ``(steps, 1, 3)``.
-
-    Raises:
-        Unsupported: no number of steps up to 3,600 has; the limits are no multiples of a twentieth degree.
-    """
     zone = light.polar_range
-    assert zone is not None
-    for steps in range(1, 3601):
-        first, last = zone.low / 180 * steps, zone.high / 180 * steps
-        if max(abs(first - round(first)), abs(last - round(last))) < 1e-9:
-            texture = np.zeros((steps, 1, 3))
-            texture[round(first) : round(last)] = light.radiance
-            return texture
-    raise Unsupported(f"emission between {zone.low}° and {zone.high}°: no texture has borders there")
+    rows = zone_rows(zone, light.radiance)
+    if rows is None:
+        raise Unsupported(f"emission between {zone.low}° and {zone.high}°: no texture has borders there")
+    return _bitmap(mi, rows, "nearest")
 
 
 def _light(mi: Any, light: Light) -> Dict:
@@ -368,16 +358,3 @@ def _environment_map(mi: Any, light: EnvironmentMap) -> Dict:
         "bitmap": mi.Bitmap(environment_rows(light.image.array).astype(np.float32)),
         "to_world": _placed(mi, [y, z, -x], (0.0, 0.0, 0.0)),
     }
-
-
-def environment_rows(pixels: Array) -> Array:
-    """The same map, its rows at 2R + 1 equal steps from pole to pole, ``(2R + 1, columns, channels)``.
-
-    R rows of ours lie in the middle of as many equal zones: every other of these steps. In between the map is
-    linear, beyond the first and the last row constant, and so is what Mitsuba makes of these rows: it is the same
-    map, nothing is lost. Columns lie at the same longitudes.
-    """
-    edges = np.concatenate([pixels[:1], (pixels[:-1] + pixels[1:]) / 2, pixels[-1:]])
-    rows = np.empty((2 * len(pixels) + 1, *pixels.shape[1:]))
-    rows[0::2], rows[1::2] = edges, pixels
-    return rows

@@ -1,20 +1,21 @@
-"""Confidence intervals of relative biases, and what they could have shown.
+"""Confidence intervals of relative biases.
 
 With m̂ the mean of n replicates and s its standard error, t the truth and s_t its own standard error, D the
 denominator of a region:
 
     bias      b   = (m̂ − t) / D
     error     s_b = √(s² + (s_t g)²) / D,   g = m̂ / t where D = t, else 1      (delta method)
-    freedom   ν   = (n − 1) (s² + (s_t g)²)² / s⁴                              (Welch 1947, Satterthwaite 1946)
-    interval  b ± t_{1 − α/2, ν} s_b
+    freedom   ν   = (s² + (s_t g)²)² / (s⁴ / ν_m + (s_t g)⁴ / ν_t)             (Welch 1947, Satterthwaite 1946)
+    interval  b − q s_b … b + q s_b,   q = t_{1 − α/2, ν}, stretched on the side of a tail: ``skewness.py``
 
 ``own`` intervals have the level of one look each: an intersection–union test passes if all of them lie inside
 the tolerance (Berger 1982). ``simultaneous`` ones hold together over all m intervals of a comparison, α / m
 each (Bonferroni). Looks are sequential: look j spends α / (j (j + 1)), which sums to α over any number of them.
 
-All of this takes the means of replicates for normal. An estimator of infinite variance (next-event estimation
-alone between walls that meet, say) has none that are, and can be failed wrongly; so can a region in which no
-sample has found any light yet, since its spread is zero.
+A tile that no bright path has hit yet has too small a spread, or none at all, beside a mean that is too low. So,
+unless its mean is the truth, its error is at least half of what tiles have on average (root mean square), less in
+proportion to the root of its light. In dim regions the simultaneous interval takes no standard error for smaller
+than that of rare events: ``rare_events.py``.
 """
 
 from __future__ import annotations
@@ -25,19 +26,78 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from comparisons.statistics import power, skewness
 from comparisons.statistics.moments import Moments
+from comparisons.statistics.rare_events import FLOOR
 
 Array = NDArray[np.float64]
 
-FLOOR = 0.05
-"""A region's denominator is at least this share of the mean of the bounce's image."""
+SHARE = 0.5
+"""Of the tiles' standard error (root mean square) that each of them has at least."""
 
-_POWER_90 = float(stats.norm.ppf(0.9))
+_NO_DEVIATION = 1e-4  # relative: rounding in single precision stays far below it, a tolerance far above
 
 
 def alpha_of_look(alpha: float, look: int) -> float:
     """α / (j (j + 1)) for look j = 1, 2, …."""
     return alpha / (look * (look + 1))
+
+
+@dataclass(frozen=True)
+class Means:
+    """What is known of one side; every array is ``(regions, channels)``.
+
+    Attributes:
+        mean, error: means over regions, and their standard errors.
+        tail_below, tail_above: skewness of the mean to either side, λ ≥ 0.
+        spread: variance of the errors relative to themselves.
+        freedom: degrees of freedom of the errors.
+    """
+
+    mean: Array
+    error: Array
+    tail_below: Array
+    tail_above: Array
+    spread: Array
+    freedom: float
+
+    @classmethod
+    def known(cls, mean: Array, error: Array) -> Means:
+        """Of a truth: its error, if it has one, is taken for known and normal."""
+        none = np.zeros_like(mean)
+        return cls(mean, error, none, none, none, np.inf)
+
+    @classmethod
+    def of(cls, replicates: Moments) -> Means:
+        """Of means over regions that were sampled, at least twice."""
+        below, above = skewness.both_ways(replicates)
+        spread = skewness.spread_of_the_error(replicates)
+        return cls(
+            mean=replicates.mean,
+            error=replicates.standard_error,
+            tail_below=below,
+            tail_above=above,
+            spread=spread,
+            freedom=replicates.count - 1,
+        )
+
+
+@dataclass(frozen=True)
+class Range:
+    """From low to high, element by element."""
+
+    low: Array
+    high: Array
+
+    def inside(self, tolerance: Array, center: Array | float = 0.0) -> NDArray[np.bool_]:
+        """Where all of it lies inside center ± tolerance."""
+        inside: NDArray[np.bool_] = (self.low >= center - tolerance) & (self.high <= center + tolerance)
+        return inside
+
+    def outside(self, tolerance: Array, center: Array | float = 0.0) -> NDArray[np.bool_]:
+        """Where all of it lies outside center ± tolerance."""
+        outside: NDArray[np.bool_] = (self.low > center + tolerance) | (self.high < center - tolerance)
+        return outside
 
 
 @dataclass(frozen=True)
@@ -47,29 +107,18 @@ class Biases:
     Attributes:
         bias: (mean − truth) / denominator.
         error: its standard error.
-        own: half the width of each interval by itself.
-        simultaneous: half the width of intervals that hold together.
+        own: each interval by itself.
+        simultaneous: intervals that hold together.
+        resolution: the |bias| that would have failed a tolerance of 0 with 90 % power, whatever its sign.
+        p_value: of no bias at all, each by itself; 1 where there is no noise.
     """
 
     bias: Array
     error: Array
-    own: Array
-    simultaneous: Array
-
-    @property
-    def resolution(self) -> Array:
-        """The |bias| that would have failed a tolerance of 0 with 90 % power: (q + 1.28) standard errors."""
-        return self.simultaneous + _POWER_90 * self.error
-
-    def inside(self, tolerance: Array, center: Array | float = 0.0) -> NDArray[np.bool_]:
-        """Where the own interval lies inside center ± tolerance."""
-        inside: NDArray[np.bool_] = np.abs(self.bias - center) + self.own <= tolerance
-        return inside
-
-    def outside(self, tolerance: Array, center: Array | float = 0.0) -> NDArray[np.bool_]:
-        """Where the simultaneous interval lies outside center ± tolerance."""
-        outside: NDArray[np.bool_] = np.abs(self.bias - center) - self.simultaneous > tolerance
-        return outside
+    own: Range
+    simultaneous: Range
+    resolution: Array
+    p_value: Array
 
 
 def denominators(truth: Array) -> Array:
@@ -87,27 +136,68 @@ def denominators(truth: Array) -> Array:
 
 
 def biases(
-    replicates: Moments, truth: Array, truth_error: Array, denominator: Array, alpha: float, family: int
+    measured: Means,
+    truth: Means,
+    denominator: Array,
+    alpha: float,
+    family: int,
+    least_error: Array | float = 0.0,
 ) -> Biases:
     """Intervals for the relative bias of each region and channel of one bounce.
 
     Args:
-        replicates: moments of means over regions, at least two of them, ``(regions, channels)``.
-        truth, truth_error: the truth's means and standard errors, of the same shape.
+        measured, truth: both sides, ``(regions, channels)``.
         denominator: what biases are relative to, of the same shape; see ``denominators``.
         alpha: of this look.
         family: how many intervals hold together: regions × bounces × channels.
+        least_error: of the measured means, that simultaneous intervals take for the least; see ``rare_events.py``.
     """
-    s = replicates.standard_error
+    s = _at_least_shared(measured, truth, denominator)
     with np.errstate(divide="ignore", invalid="ignore"):
-        g = np.where(denominator == truth, replicates.mean / truth, 1.0)
-        variance = s**2 + (truth_error * g) ** 2
-        freedom = (replicates.count - 1) * variance**2 / s**4
-    freedom = np.where(s > 0, freedom, np.inf)
-    error = np.sqrt(variance) / denominator
-    return Biases(
-        bias=(replicates.mean - truth) / denominator,
-        error=error,
-        own=stats.t.isf(alpha / 2, freedom) * error,
-        simultaneous=stats.t.isf(alpha / 2 / family, freedom) * error,
+        g = np.where(denominator == truth.mean, measured.mean / truth.mean, 1.0)
+        s_t = truth.error * np.abs(g)
+        variance = s**2 + s_t**2
+        freedom = variance**2 / (s**4 / measured.freedom + s_t**4 / truth.freedom)
+        # third cumulants add; the truth's enters with the other sign
+        tails = [
+            np.where(variance > 0, (a * s**3 + b * s_t**3) / variance**1.5, 0.0)
+            for a, b in (
+                (measured.tail_below, truth.tail_above),
+                (measured.tail_above, truth.tail_below),
+            )
+        ]
+        spread = np.where(variance > 0, (s**4 * measured.spread + s_t**4 * truth.spread) / variance**2, 0.0)
+    freedom = np.where(np.isfinite(freedom) & (variance > 0), freedom, np.inf)
+    bias, error = (measured.mean - truth.mean) / denominator, np.sqrt(variance) / denominator
+    own, simultaneous = (
+        [q * skewness.stretch(tail * (q + tail / 6)) for tail in tails]
+        for q in (stats.t.isf(alpha / 2, freedom), stats.t.isf(alpha / 2 / family, freedom))
     )
+    cautious = np.maximum(error, least_error / denominator)
+    return Biases(
+        bias=bias,
+        error=error,
+        own=Range(bias - own[0] * error, bias + own[1] * error),
+        simultaneous=Range(bias - simultaneous[0] * cautious, bias + simultaneous[1] * cautious),
+        resolution=power.resolution(simultaneous, tails, spread, freedom) * cautious,
+        p_value=_p_values(bias, error, freedom),
+    )
+
+
+def _at_least_shared(measured: Means, truth: Means, denominator: Array) -> Array:
+    """Standard errors; where a tile's mean is not the truth, at least a share of what tiles have on average."""
+    if len(measured.error) == 1:
+        return measured.error
+    off_the_truth = np.abs(measured.mean - truth.mean) > _NO_DEVIATION * denominator
+    average = np.sqrt(np.mean(measured.error[1:] ** 2, axis=0))
+    # events of one size at a rate in proportion to the light have an error in proportion to its root
+    image = truth.mean[:1]
+    light = np.divide(truth.mean, image, out=np.ones_like(truth.mean), where=image > 0)
+    least = SHARE * average * np.sqrt(np.clip(light, 0, 1))
+    return np.where(off_the_truth, np.maximum(measured.error, least), measured.error)
+
+
+def _p_values(bias: Array, error: Array, freedom: Array) -> Array:
+    noisy = error > 0
+    t = np.divide(np.abs(bias), error, out=np.zeros_like(bias), where=noisy)
+    return np.where(noisy, 2 * stats.t.sf(t, freedom), 1.0)

@@ -1,9 +1,14 @@
-"""Means and variances of replicates that merge exactly, however the work was split.
+"""Means, variances, skewness and kurtosis of replicates that merge exactly, however the work was split.
 
-Chan, Golub and LeVeque 1983, Algorithms for computing the sample variance, The American Statistician 37(3),
-eq. 2.1: for two sets a and b with δ = mean_b − mean_a,
+For two sets a and b with δ = mean_b − mean_a and n = n_a + n_b (Chan, Golub and LeVeque 1983, Algorithms for
+computing the sample variance, The American Statistician 37(3), eq. 2.1; M₃ and M₄: Pébay 2008, Formulas for robust,
+one-pass parallel computation of covariances and arbitrary-order statistical moments, SAND2008-6212, § 2):
 
-    n = n_a + n_b,   mean = mean_a + δ n_b / n,   M₂ = M₂_a + M₂_b + δ² n_a n_b / n
+    mean = mean_a + δ n_b / n
+    M₂   = M₂_a + M₂_b + δ² n_a n_b / n
+    M₃   = M₃_a + M₃_b + δ³ n_a n_b (n_a − n_b) / n² + 3 δ (n_a M₂_b − n_b M₂_a) / n
+    M₄   = M₄_a + M₄_b + δ⁴ n_a n_b (n_a² − n_a n_b + n_b²) / n³
+           + 6 δ² (n_a² M₂_b + n_b² M₂_a) / n² + 4 δ (n_a M₃_b − n_b M₃_a) / n
 """
 
 from __future__ import annotations
@@ -23,17 +28,38 @@ class Moments:
     Attributes:
         count: how many replicates.
         mean: their mean.
-        m2: the sum of their squared deviations from the mean.
+        m2, m3, m4: the sums of powers of their deviations from the mean.
+        lowest, highest: the extremes.
     """
 
     count: int
     mean: Array
     m2: Array
+    m3: Array
+    m4: Array
+    lowest: Array
+    highest: Array
 
     @classmethod
     def of(cls, replicate: Array) -> Moments:
         """The moments of one replicate."""
-        return cls(1, replicate, np.zeros_like(replicate))
+        zero = np.zeros_like(replicate)
+        return cls(1, replicate, zero, zero, zero, replicate, replicate)
+
+    @classmethod
+    def of_all(cls, replicates: Array) -> Moments:
+        """The moments of replicates that are all at hand, along the first axis."""
+        mean = replicates.mean(axis=0)
+        off = replicates - mean
+        return cls(
+            count=len(replicates),
+            mean=mean,
+            m2=(off**2).sum(axis=0),
+            m3=(off**3).sum(axis=0),
+            m4=(off**4).sum(axis=0),
+            lowest=replicates.min(axis=0),
+            highest=replicates.max(axis=0),
+        )
 
     def __add__(self, other: Moments) -> Moments:
         """The moments of both sets together.
@@ -45,9 +71,24 @@ class Moments:
             raise ValueError(
                 f"moments of shape {self.mean.shape} can't take some of shape {other.mean.shape}"
             )
-        count, delta = self.count + other.count, other.mean - self.mean
-        mean = self.mean + delta * (other.count / count)
-        return Moments(count, mean, self.m2 + other.m2 + delta**2 * (self.count * other.count / count))
+        a, b, delta = self.count, other.count, other.mean - self.mean
+        n = a + b
+        return Moments(
+            count=n,
+            mean=self.mean + delta * (b / n),
+            m2=self.m2 + other.m2 + delta**2 * (a * b / n),
+            m3=self.m3
+            + other.m3
+            + delta**3 * (a * b * (a - b) / n**2)
+            + 3 * delta * (a * other.m2 - b * self.m2) / n,
+            m4=self.m4
+            + other.m4
+            + delta**4 * (a * b * (a**2 - a * b + b**2) / n**3)
+            + 6 * delta**2 * (a**2 * other.m2 + b**2 * self.m2) / n**2
+            + 4 * delta * (a * other.m3 - b * self.m3) / n,
+            lowest=np.minimum(self.lowest, other.lowest),
+            highest=np.maximum(self.highest, other.highest),
+        )
 
     @property
     def variance(self) -> Array:
@@ -58,3 +99,13 @@ class Moments:
     def standard_error(self) -> Array:
         """Of the mean."""
         return np.sqrt(self.variance / self.count)
+
+    @property
+    def dominance(self) -> Array:
+        """Share of the squared deviations that is one replicate's, the furthest off; 0 where there is no spread.
+
+        Of n normal replicates it is about 2 ln n / n.
+        """
+        furthest = np.maximum(self.highest - self.mean, self.mean - self.lowest)
+        share: Array = np.divide(furthest**2, self.m2, out=np.zeros_like(self.m2), where=self.m2 > 0)
+        return share

@@ -46,6 +46,10 @@ def check(scene: Scene) -> None:
             raise _unsupported(surface, "material.albedo", material.albedo, "one number per channel")
         if emission is not None and not isinstance(emission, AreaLight):
             raise _unsupported(surface, "emission", emission, "an AreaLight or None")
+        if emission is not None and emission.angular_profile is not None:
+            raise UnsupportedSceneError(
+                f"surface {surface.name!r} has an angular profile, expected the same radiance in every direction"
+            )
         if surface.two_sided:
             raise UnsupportedSceneError(f"surface {surface.name!r} is two-sided, expected one side")
 

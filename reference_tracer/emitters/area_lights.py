@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_tracer import sampling
+from reference_tracer.emitters.angular_profile import AngularProfile
 from reference_tracer.emitters.emitter_sample import EmitterSample
 from reference_tracer.emitters.near_quads import near_quad
 from reference_tracer.points import Points
-from reference_tracer.vectors import dot, norm
+from reference_tracer.vectors import dot, norm, unit
 from scenes import Disk, Ellipsoid, Mesh, PolarRange, Quad, Scene, Sphere, Surface
 
 Array = NDArray[np.float64]
@@ -66,17 +67,38 @@ def _emitter(surface: Surface, primitive: int) -> AreaEmitter:
 
 
 class AreaEmitter(ABC):
-    """A surface that emits. Densities are per solid angle at the reference."""
+    """A surface that emits. Densities are per solid angle at the reference.
+
+    Attributes:
+        radiance: ``(channels, 1)``; where there is a profile, to be multiplied by its factors.
+        profile: how emission depends on the angle; None if it does not.
+        power: π A · radiance, averaged over channels, a profile by its mean; twice for two sides.
+    """
 
     def __init__(self, surface: Surface, primitive: int, area: float) -> None:
-        assert surface.emission is not None
-        self.radiance = np.array(surface.emission.radiance)[:, None]
+        light = surface.emission
+        assert light is not None
+        self.radiance = np.array(light.radiance)[:, None]
         self.primitive, self.area, self.two_sided = primitive, area, surface.two_sided
-        self.power = float(self.radiance.mean()) * np.pi * area * (2 if surface.two_sided else 1)
+        self.profile = None if light.angular_profile is None else AngularProfile(light)
+        emitted = self.radiance if self.profile is None else self.radiance * self.profile.mean[:, None]
+        self.power = float(emitted.mean()) * np.pi * area * (2 if surface.two_sided else 1)
 
-    @abstractmethod
     def sample(self, reference: Points, u: Array) -> EmitterSample:
         """A direction towards the emitter for each reference and each u, ``(2, n)``."""
+        sample = self._sample(reference, u)
+        if self.profile is not None:
+            n = self._normals_at(reference.x + sample.distance * sample.wi, sample.primitive)
+            sample.Li *= self.profile(np.abs(dot(n, sample.wi)))
+        return sample
+
+    @abstractmethod
+    def _sample(self, reference: Points, u: Array) -> EmitterSample:
+        """The same, as if there were no profile."""
+
+    @abstractmethod
+    def _normals_at(self, x: Array, primitive: NDArray[np.intp]) -> Array:
+        """Unit normals at points of the surface, of either side, ``(3, n)``."""
 
     @abstractmethod
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
@@ -86,7 +108,7 @@ class AreaEmitter(ABC):
         """Whether points of the surface emit at all, ``(n,)``."""
         return np.ones(x.shape[1], dtype=bool)
 
-    def _sample(
+    def _made(
         self, wi: Array, distance: Array, pdf: Array, lit: Mask, primitive: NDArray[np.intp] | None = None
     ) -> EmitterSample:
         if primitive is None:
@@ -115,8 +137,7 @@ class FlatEmitter(AreaEmitter):
         (along_u, along_v), (_, across) = self._axes[:2] @ self._edges
         self._near = near_quad(along_u, along_v, across) if isinstance(shape, Quad) else None
 
-    def sample(self, reference: Points, u: Array) -> EmitterSample:
-        """As the base class says."""
+    def _sample(self, reference: Points, u: Array) -> EmitterSample:
         offset = reference.x - self._center
         height = self._axes[2] @ offset
         lit = self._seen(height) & (reference.primitive != self.primitive)
@@ -130,7 +151,7 @@ class FlatEmitter(AreaEmitter):
         distance = np.sqrt(squared)
         pdf = squared * distance / (self.area * np.abs(height) + ~lit)
         pdf[lanes] = 1 / angle
-        return self._sample(segment / distance, distance, pdf, lit)
+        return self._made(segment / distance, distance, pdf, lit)
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
         """As the base class says."""
@@ -141,6 +162,9 @@ class FlatEmitter(AreaEmitter):
         lanes, _, angle = self._by_solid_angle(offset, lit)
         pdf[lanes] = 1 / angle
         return pdf
+
+    def _normals_at(self, x: Array, primitive: NDArray[np.intp]) -> Array:
+        return np.broadcast_to(self._axes[2][:, None], x.shape)
 
     def _by_solid_angle(self, offset: Array, lit: Mask) -> tuple[NDArray[np.intp], Array, Array]:
         """The lit lanes to which a quad looks large; their local coordinates and its solid angle there."""
@@ -185,8 +209,7 @@ class MeshEmitter(AreaEmitter):
         self._shares = shape.areas / shape.area
         self._ends = np.cumsum(self._shares)
 
-    def sample(self, reference: Points, u: Array) -> EmitterSample:
-        """As the base class says."""
+    def _sample(self, reference: Points, u: Array) -> EmitterSample:
         triangle = np.searchsorted(self._ends[:-1], u[0], side="right")
         # within its share of [0, 1) the first number is uniform again
         rest = (u[0] - self._ends[triangle]) / self._shares[triangle] + 1
@@ -199,13 +222,17 @@ class MeshEmitter(AreaEmitter):
         primitive = self.primitive + triangle
         lit = self._seen(height) & (reference.primitive != primitive)
         pdf = _cube(distance) / (self.area * np.where(lit, np.abs(height), 1))
-        return self._sample(segment / distance, distance, pdf, lit, primitive)
+        return self._made(segment / distance, distance, pdf, lit, primitive)
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
         """As the base class says."""
         height = np.abs(self._height(reference, points.primitive - self.primitive))
         density: Array = _cube(_distance(reference, points)) / (self.area * np.where(height > 0, height, 1))
         return density
+
+    def _normals_at(self, x: Array, primitive: NDArray[np.intp]) -> Array:
+        normals: Array = self._normal.take(primitive - self.primitive, axis=1)
+        return normals
 
     def _height(self, reference: Points, triangle: NDArray[np.intp]) -> Array:
         """Of the references above the planes of triangles."""
@@ -244,8 +271,7 @@ class EllipsoidEmitter(AreaEmitter):
         stretch = np.linalg.norm(self._inverse.T @ omega, axis=0).reshape(32, 64)
         return float(4 * np.pi * self._volume * (weights / 2) @ stretch.mean(axis=1))
 
-    def sample(self, reference: Points, u: Array) -> EmitterSample:
-        """As the base class says."""
+    def _sample(self, reference: Points, u: Array) -> EmitterSample:
         o, outside, on = self._local(reference)
         squared = dot(o, o)
         radius = np.sqrt(squared)
@@ -263,7 +289,7 @@ class EllipsoidEmitter(AreaEmitter):
         stretch = norm(world)
         lit = np.where(outside, self._lit_outside, self._lit_inside)
         pdf = self._local_pdf(squared, outside, on, cosine) * _cube(stretch) / self._volume
-        return self._sample(world / stretch, np.maximum(t, 0) * stretch, np.where(lit, pdf, 1), lit)
+        return self._made(world / stretch, np.maximum(t, 0) * stretch, np.where(lit, pdf, 1), lit)
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
         """As the base class says."""
@@ -274,6 +300,9 @@ class EllipsoidEmitter(AreaEmitter):
         density = self._local_pdf(dot(o, o), outside, on, cosine)
         world: Array = density / (_cube(squeeze) * self._volume)
         return world
+
+    def _normals_at(self, x: Array, primitive: NDArray[np.intp]) -> Array:
+        return unit(self._inverse.T @ (self._inverse @ (x - self._center)))
 
     def _local(self, reference: Points) -> tuple[Array, Mask, Mask]:
         """References where the surface is the unit sphere; whether they are outside of it; whether on it."""
@@ -309,8 +338,7 @@ class ZoneEmitter(AreaEmitter):
         inside: Mask = (self._cosines[0] <= cosine) & (cosine <= self._cosines[1])
         return inside
 
-    def sample(self, reference: Points, u: Array) -> EmitterSample:
-        """As the base class says."""
+    def _sample(self, reference: Points, u: Array) -> EmitterSample:
         axis = np.broadcast_to(self._axis[:, None], reference.x.shape)
         outward = sampling.to_world(sampling.square_to_zone(u, *self._cosines), axis)
         segment = self._center + self._radius * outward - reference.x
@@ -320,7 +348,7 @@ class ZoneEmitter(AreaEmitter):
         cosine = self._cosine(reference, outward, wi, distance)
         lit = self._lit(reference, cosine)
         pdf = distance**2 / (self.area * np.where(lit, np.abs(cosine), 1))
-        return self._sample(wi, distance, pdf, lit)
+        return self._made(wi, distance, pdf, lit)
 
     def pdf(self, reference: Points, points: Points, wi: Array) -> Array:
         """As the base class says."""
@@ -328,6 +356,10 @@ class ZoneEmitter(AreaEmitter):
         cosine = np.abs(self._cosine(reference, outward, wi, distance))
         density = distance**2 / (self.area * np.where(cosine > 0, cosine, 1))
         return np.where((cosine > 0) & self.in_zone(points.x), density, 0)
+
+    def _normals_at(self, x: Array, primitive: NDArray[np.intp]) -> Array:
+        outward: Array = (x - self._center) / self._radius
+        return outward
 
     def _cosine(self, reference: Points, outward: Array, wi: Array, distance: Array) -> Array:
         """Of the angle between the outward normal and the way back to the reference; from itself −t / 2r."""

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib.metadata import version
 from pathlib import Path
 
 import msgspec
+
+from scenes.scene import Scene
 
 
 class UnsupportedFeatureError(ValueError):
@@ -23,6 +27,22 @@ class UnsupportedFeatureError(ValueError):
 
     def __str__(self) -> str:
         return f"{self.format} can't express this scene: {self.feature}"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a scene comes from, for the header of its file.
+
+    Attributes:
+        text: which scene, in words: ``case cornell-box, channel 1``.
+        bounces: the last one that the file asks for, where its reader is not told otherwise.
+    """
+
+    text: str = "a scene of one's own"
+    bounces: int = 5
+
+
+UNKNOWN = Source()
 
 
 @dataclass(frozen=True)
@@ -51,19 +71,42 @@ class Export:
         return list(contents)
 
 
+def generator() -> str:
+    """What wrote the file: ``lightproof 0.1.0``."""
+    return f"lightproof {version('lightproof')}"
+
+
+def header(scene: Scene, source: Source, *usage: str) -> list[str]:
+    """Lines of text that say what the file is, where it comes from, and how it is used."""
+    return [
+        f"Written by {generator()}: {' '.join(source.text.split())}",
+        f"SHA-256 of the scene as JSON: {scene.sha256}",
+        *usage,
+    ]
+
+
+def portable(name: str) -> str:
+    """The name with an underscore for whatever would have to be quoted in one of the formats that refer to it."""
+    return re.sub(r"[^\w.-]", "_", name)
+
+
 def kind(part: msgspec.Struct) -> str:
     """What a part of a scene is called in JSON."""
     return str(part.__struct_config__.tag).replace("_", " ")
 
 
-def rgb(format: str, values: tuple[float, ...]) -> tuple[float, ...]:
-    """Three numbers: the value of a single channel is grey.
+def refuse_spectra(format: str, scene: Scene) -> None:
+    """Refuse scenes with neither one channel nor three.
 
     Raises:
-        UnsupportedFeatureError: neither one channel nor three.
+        UnsupportedFeatureError: naming how many there are.
     """
-    if len(values) not in (1, 3):
+    if scene.channels not in (1, 3):
         raise UnsupportedFeatureError(
-            format, f"{len(values)} channels: the format has RGB; export one of them at a time (--channel)"
+            format, f"{scene.channels} channels: the format has RGB; export one of them at a time (--channel)"
         )
+
+
+def rgb(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Three numbers: the value of a single channel is grey."""
     return values if len(values) == 3 else values * 3

@@ -2,10 +2,15 @@
 
 Layer ``bounce2`` holds the mean of T²E, ``bounce2.stderr`` its standard error; a channel is named after its
 layer (``bounce2.R``, ``bounce2.stderr.R``). 32-bit floats, scene-linear, row 0 at the top.
+
+Within a layer, channels that are wavelengths have the names of Fichet et al., An OpenEXR Layout for Spectral
+Images, JCGT 10(3), 2021: ``bounce2.S0.550,5nm``. Beside them, as there, the layer of a mean has a picture in linear
+sRGB, R, G and B, for programs that show no spectra; reading leaves it out.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -13,20 +18,23 @@ import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
+from scenes.channels import channel_names, check_wavelengths
+
 Images = NDArray[np.float64]
+
+_WAVELENGTH = re.compile(r"S0\.(\d+(?:,\d+)?)nm")
 
 
 class ImageError(ValueError):
     """A file that does not hold bounce images."""
 
 
-def channel_names(channels: int) -> list[str]:
-    """``R, G, B`` for three channels, ``Y`` for one, else ``C0, C1, …``."""
-    return {1: ["Y"], 3: ["R", "G", "B"]}.get(channels) or [f"C{i}" for i in range(channels)]
-
-
 def write_bounces(
-    path: Path, mean: Images, stderr: Images | None = None, attributes: Mapping[str, str] | None = None
+    path: Path,
+    mean: Images,
+    stderr: Images | None = None,
+    attributes: Mapping[str, str] | None = None,
+    wavelengths: Sequence[float] | None = None,
 ) -> None:
     """Write bounce images.
 
@@ -35,17 +43,22 @@ def write_bounces(
         mean: radiance, ``(bounces + 1, height, width, channels)``.
         stderr: its standard error, of the same shape; left out where there is none.
         attributes: texts for the header of the file.
+        wavelengths: of the channels, nm, as in ``Case.wavelengths``; None where they are R, G, B, or just numbers.
 
     Raises:
         ImageError: the file can't be written.
     """
     bounces, height, width, channels = mean.shape
-    names, layers = [], []
-    for k in range(bounces):
-        for suffix, image in (("", mean), (".stderr", stderr)):
-            if image is not None:
-                names += [f"bounce{k}{suffix}.{c}" for c in channel_names(channels)]
-                layers.append(image[k])
+    own = _stored_names(channels, wavelengths)
+    parts = [("", own, mean)]
+    if stderr is not None:
+        parts.append((".stderr", own, stderr))
+    if wavelengths is not None:
+        from scenes.spectral import linear_srgb  # takes a third of a second, and few images need it
+
+        parts.append(("", channel_names(3), linear_srgb(mean, wavelengths)))
+    names = [f"bounce{k}{suffix}.{c}" for k in range(bounces) for suffix, own, _ in parts for c in own]
+    layers = [images[k] for k in range(bounces) for _, _, images in parts]
     pixels = np.ascontiguousarray(np.concatenate(layers, axis=-1), dtype=np.float32)
 
     spec = oiio.ImageSpec(width, height, len(names), oiio.FLOAT)
@@ -68,9 +81,7 @@ def read_bounces(path: Path) -> tuple[Images, Images]:
     Raises:
         ImageError: no such file, no EXR, or no layers ``bounce0 …`` in it.
     """
-    source = oiio.ImageInput.open(str(path))
-    if source is None:
-        raise ImageError(f"{path}: can't be read: {oiio.geterror()}")
+    source = _opened(path)
     names, pixels = list(source.spec().channelnames), source.read_image(oiio.FLOAT)
     source.close()
     if pixels is None:
@@ -84,6 +95,8 @@ def read_bounces(path: Path) -> tuple[Images, Images]:
         )
     ordered = [f"bounce{k}" for k in range(len(bounces))]
     try:
+        if len({tuple(_wavelengths(names, layer)) for layer in ordered}) > 1:
+            raise ValueError("its layers have different wavelengths")
         mean = np.stack([_layer(values, names, layer) for layer in ordered])
         if not any(".stderr." in name for name in names):
             return mean, np.zeros_like(mean)
@@ -92,22 +105,59 @@ def read_bounces(path: Path) -> tuple[Images, Images]:
         raise ImageError(f"{path}: {error}") from None
 
 
+def read_wavelengths(path: Path) -> tuple[float, ...] | None:
+    """The wavelengths of the channels of ``read_bounces``, nm; None where the file has others.
+
+    Raises:
+        ImageError: no such file, or no EXR; or the wavelengths are not such as a case can have.
+    """
+    source = _opened(path)
+    found = tuple(_wavelengths(source.spec().channelnames, "bounce0"))
+    source.close()
+    try:
+        if found:
+            check_wavelengths(found, len(found))
+    except ValueError as error:
+        raise ImageError(f"{path}: {error}") from None
+    return found or None
+
+
 def read_attribute(path: Path, name: str) -> str:
     """A text in the header of the file, empty if it has none of that name.
 
     Raises:
         ImageError: no such file, or no EXR.
     """
-    source = oiio.ImageInput.open(str(path))
-    if source is None:
-        raise ImageError(f"{path}: can't be read: {oiio.geterror()}")
+    source = _opened(path)
     text = str(source.spec().getattribute(name) or "")
     source.close()
     return text
 
 
+def _opened(path: Path) -> oiio.ImageInput:
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise ImageError(f"{path}: can't be read: {oiio.geterror()}")
+    return source
+
+
+def _stored_names(channels: int, wavelengths: Sequence[float] | None) -> list[str]:
+    """What channels are called within their layer."""
+    if wavelengths is None:
+        return channel_names(channels)
+    return ["S0." + f"{w:.9g}nm".replace(".", ",") for w in wavelengths]
+
+
+def _wavelengths(names: Sequence[str], layer: str) -> dict[float, str]:
+    """The wavelengths of a layer, nm, ascending, and the names of their channels."""
+    found = ((_WAVELENGTH.fullmatch(name.removeprefix(f"{layer}.")), name) for name in names)
+    return dict(sorted((float(m[1].replace(",", ".")), name) for m, name in found if m))
+
+
 def _layer(values: Images, names: Sequence[str], layer: str) -> Images:
-    """The channels of one layer, ``(height, width, channels)``, in the order R, G, B or C0, C1, …."""
+    """The channels of one layer, ``(height, width, channels)``, by wavelength, or as ``channel_names`` has them."""
+    if spectral := _wavelengths(names, layer):
+        return values[..., [names.index(name) for name in spectral.values()]]
     found = {name.rpartition(".")[2]: i for i, name in enumerate(names) if name.rpartition(".")[0] == layer}
     # a file lists its channels in alphabetical order, so their names put them back into ours
     expected = channel_names(len(found) or 1)

@@ -28,12 +28,12 @@ from numpy.typing import ArrayLike, NDArray
 from scenes.backs import visible_backs
 from scenes.bounds import farthest
 from scenes.formats import export
-from scenes.formats.export import Export, UnsupportedFeatureError, kind
+from scenes.formats.export import Export, Source, UnsupportedFeatureError, kind
 from scenes.lights import AreaLight, DirectionalLight, Light, PointLight, SpotLight
 from scenes.materials import Lambertian
 from scenes.scene import Scene
 from scenes.sensor import Orthographic, Pinhole
-from scenes.shapes import Mesh, Quad
+from scenes.shapes import Ellipsoid, Mesh, Quad
 from scenes.surfaces import Surface
 
 Array = NDArray[np.float64]
@@ -49,22 +49,24 @@ _LIGHTS, _STRENGTH, _SPECULAR = (
 )
 
 
-def gltf(scene: Scene, name: str = "scene") -> Export:
+def gltf(scene: Scene, name: str = "scene", source: Source = export.UNKNOWN) -> Export:
     """The scene as JSON, with its triangles in a binary file.
 
     Args:
         scene: with one channel or three.
         name: of the binary file.
+        source: for the description of the asset.
 
     Raises:
         UnsupportedFeatureError: naming what glTF does not have, or means differently.
     """
+    export.refuse_spectra(FORMAT, scene)
     for surface in visible_backs(scene, to_lights=True):
         raise _unsupported(
             f"the back of {surface} may be seen: here it is black, in glTF it is not there; close the body, or make "
             "the surface two-sided"
         )
-    return _Writer(name).write(scene)
+    return _Writer(export.portable(name)).write(scene, source)
 
 
 def _unsupported(feature: str) -> UnsupportedFeatureError:
@@ -80,7 +82,7 @@ class _Writer:
         self._lists: dict[str, list[Json]] = {key: [] for key in lists}
         self._lights: list[Json] = []
 
-    def write(self, scene: Scene) -> Export:
+    def write(self, scene: Scene, source: Source) -> Export:
         for surface in scene.surfaces:
             self._surface(surface)
         for light in scene.lights:
@@ -88,7 +90,11 @@ class _Writer:
         self._camera(scene)
         used = self._extensions()
         document: Json = {
-            "asset": {"version": "2.0", "generator": "lightproof"},
+            "asset": {
+                "version": "2.0",
+                "generator": export.generator(),
+                "extras": {"source": source.text, "scene_sha256": scene.sha256, "bounces": source.bounces},
+            },
             "scene": 0,
             "scenes": [{"nodes": list(range(len(self._lists["nodes"])))}],
         }
@@ -146,7 +152,7 @@ class _Writer:
                 )
             case _:
                 raise _unsupported(f"{kind(light)} light: glTF has no environment")
-        factor, strength = _split(export.rgb(FORMAT, colour))
+        factor, strength = _split(export.rgb(colour))
         self._lights.append({"type": kind(light), "color": factor, "intensity": strength})
         reference = {_LIGHTS: {"light": len(self._lights) - 1}}
         self._add("nodes", {"matrix": matrix, "extensions": reference})
@@ -189,7 +195,8 @@ def _triangles(
     """Vertices ``(n, 3)``, indices ``(3 m,)``, and normals ``(n, 3)`` or None."""
     shape, normals = surface.shape, None
     if not isinstance(shape, Quad | Mesh):
-        raise _unsupported(f"{surface.name} is a {kind(shape)}: glTF has triangles only")
+        article = "an" if isinstance(shape, Ellipsoid) else "a"
+        raise _unsupported(f"{surface.name} is {article} {kind(shape)}: glTF has triangles only")
     indices = np.array([0, 1, 2, 0, 2, 3])
     if isinstance(shape, Mesh):
         indices = np.ravel(shape.triangles)
@@ -206,11 +213,11 @@ def _material(surface: Surface) -> Json:
         )
     if not isinstance(material.albedo, tuple):
         raise _unsupported(f"{kind(material.albedo)} texture: glTF's have 8 bits, encoded as sRGB")
-    albedo = export.rgb(FORMAT, material.albedo)
+    albedo = export.rgb(material.albedo)
     base = {"baseColorFactor": [*albedo, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
     extensions: Json = {_SPECULAR: {"specularFactor": 0.0}}
     emissive: Json = {}
-    if surface.emission is not None:
+    if surface.emission is not None and surface.emits:
         emissive = _emissive(surface, surface.emission, extensions)
     return {
         "name": surface.name,
@@ -223,7 +230,9 @@ def _material(surface: Surface) -> Json:
 def _emissive(surface: Surface, light: AreaLight, extensions: Json) -> Json:
     if light.polar_range is not None:
         raise _unsupported(f"{surface.name} emits from a zone: glTF has triangles only")
-    factor, strength = _split(export.rgb(FORMAT, light.radiance))
+    if light.angular_profile is not None:
+        raise _unsupported(f"{surface.name} has an angular profile: what glTF's materials emit is diffuse")
+    factor, strength = _split(export.rgb(light.radiance))
     extensions[_STRENGTH] = {"emissiveStrength": strength}
     return {"emissiveFactor": factor}
 

@@ -6,10 +6,12 @@ Conventions that are translated here:
   inside out; a two-sided surface is the BSDF ``twosided``.
 - Mitsuba's images have their first row at v = 0, the bottom of ours. On a sphere its v is θ / π, where ours is
   1 − θ / π: there, images need no turning, but the squares of a checkerboard count from the other pole.
-- A zone of emission is a texture of one column whose rows are equal steps of the polar angle.
+- A zone of emission is a texture of one column, an environment map a picture whose rows begin and end at the poles:
+  ``mitsuba_pictures.py``. The poles of Mitsuba's map are ±y, its longitude runs from −z to +x.
 - ``lookat`` makes a camera that looks along +z with x to the left.
 - Mitsuba's ``max_depth = d`` holds bounces 0 … d − 1; the file takes it as a parameter,
-  ``mitsuba -m scalar_rgb scene.xml -D max_depth=3 -D spp=256``. Russian roulette is off.
+  ``mitsuba -m scalar_rgb scene.xml -D max_depth=3 -D spp=256``. Russian roulette is off, so it should not be −1,
+  without end: in a closed room no path ends by itself.
 
 Meshes and images are files beside the XML.
 """
@@ -17,7 +19,9 @@ Meshes and images are files beside the XML.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
+from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -26,10 +30,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from scenes.bounds import farthest
 from scenes.formats import export
-from scenes.formats.export import Export, UnsupportedFeatureError, kind
+from scenes.formats.export import Export, Source, UnsupportedFeatureError, kind
+from scenes.formats.mitsuba_pictures import environment_rows, zone_rows
 from scenes.formats.pfm import pfm
 from scenes.formats.ply import ply
-from scenes.lights import AreaLight, ConstantEnvironment, DirectionalLight, Light, PointLight, SpotLight
+from scenes.lights import (
+    AreaLight,
+    ConstantEnvironment,
+    DirectionalLight,
+    EnvironmentMap,
+    Light,
+    PointLight,
+    SpotLight,
+)
 from scenes.materials import (
     Blend,
     Checkerboard,
@@ -52,21 +65,28 @@ Array = NDArray[np.float64]
 
 FORMAT = "mitsuba-xml"
 _NO_ROULETTE = 1 << 30
+_ROUND = 1e-6  # how much the axes of a disk may differ, relatively
 _FAR = 1e4  # where Mitsuba's cameras cease to see unless told otherwise
 _VERSION = "3.0.0"
 
 
-def mitsuba_xml(scene: Scene, name: str = "scene") -> Export:
+def mitsuba_xml(scene: Scene, name: str = "scene", source: Source = export.UNKNOWN) -> Export:
     """The scene as XML, with its meshes (PLY) and images (PFM).
 
     Args:
         scene: with one channel or three.
         name: what the names of the other files begin with.
+        source: for the header.
 
     Raises:
         UnsupportedFeatureError: naming what Mitsuba does not have.
     """
-    return _Writer(name).write(scene)
+    export.refuse_spectra(FORMAT, scene)
+    root, files = _Writer(export.portable(name)).write(scene)
+    root.insert(0, _header(scene, source, name))
+    root.insert(1, Element("default", name="max_depth", value=str(source.bounces + 1)))
+    ElementTree.indent(root)
+    return Export(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n", files)
 
 
 def _unsupported(feature: str) -> UnsupportedFeatureError:
@@ -97,7 +117,7 @@ def _text(parent: Element, tag: str, **values: object) -> None:
 
 
 def _rgb(parent: Element, name: str, values: tuple[float, ...]) -> None:
-    SubElement(parent, "rgb", name=name, value=_numbers(export.rgb(FORMAT, values)))
+    SubElement(parent, "rgb", name=name, value=_numbers(export.rgb(values)))
 
 
 def _vector(parent: Element, tag: str, name: str, values: Iterable[float]) -> None:
@@ -123,15 +143,27 @@ def _look_at(transform: Element, origin: ArrayLike, target: ArrayLike, up: Array
 # ---- the scene
 
 
+def _header(scene: Scene, source: Source, name: str) -> Element[Any]:
+    n = source.bounces
+    lines = export.header(
+        scene,
+        source,
+        f"Bounces 0 to {n}: mitsuba -m scalar_rgb {name}.xml -D max_depth={n + 1} -D spp=256",
+        "Bounce k alone: the image of max_depth = k + 1 less that of max_depth = k",
+    )
+    # no two hyphens in a row: they would end the comment
+    text = re.sub("-(?=-)", "- ", "\n    ".join(["", *lines]))
+    return ElementTree.Comment(f"{text}\n  ")
+
+
 class _Writer:
     """Collects the files that the XML refers to."""
 
     def __init__(self, name: str) -> None:
         self._name, self._files = name, dict[str, bytes]()
 
-    def write(self, scene: Scene) -> Export:
+    def write(self, scene: Scene) -> tuple[Element, dict[str, bytes]]:
         root = Element("scene", version=_VERSION)
-        SubElement(root, "default", name="max_depth", value="-1")
         SubElement(root, "default", name="spp", value="64")
         integrator = _plugin(root, "integrator", "path")
         _text(integrator, "integer", max_depth="$max_depth", rr_depth=_NO_ROULETTE)
@@ -139,9 +171,11 @@ class _Writer:
         for i, surface in enumerate(scene.surfaces):
             self._surface(root, surface, i)
         for light in scene.lights:
-            _light(root, light)
-        ElementTree.indent(root)
-        return Export(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n", self._files)
+            if isinstance(light, EnvironmentMap):
+                self._environment_map(_plugin(root, "emitter", "envmap"), light)
+            else:
+                _light(root, light)
+        return root, self._files
 
     def _file(self, suffix: str, content: bytes) -> str:
         name = f"{self._name}-{len(self._files)}.{suffix}"
@@ -155,6 +189,8 @@ class _Writer:
         parent = _plugin(shape, "bsdf", "twosided") if surface.two_sided else shape
         self._bsdf(parent, surface.material, surface.shape)
         if surface.emission is not None:
+            if surface.emission.angular_profile is not None:
+                raise _unsupported(f"{surface.name} has an angular profile: Mitsuba's area light is diffuse")
             if surface.two_sided and surface.emits:
                 raise _unsupported(f"{surface.name} emits from both sides: Mitsuba's area light has one")
             self._emission(_plugin(shape, "emitter", "area"), surface.emission)
@@ -214,20 +250,31 @@ class _Writer:
             pixels = albedo.image.array
             self._bitmap(bsdf, "reflectance", pixels if from_top else pixels[::-1], albedo.interpolation)
 
-    def _bitmap(self, parent: Element, name: str, pixels: Array, interpolation: str) -> None:
-        if pixels.shape[2] not in (1, 3):
-            export.rgb(FORMAT, tuple(pixels[0, 0]))
-        texture = _plugin(parent, "texture", "bitmap", name)
+    def _picture(self, parent: Element, pixels: Array) -> None:
+        """A file of its own, grey where there is one channel."""
         content = pfm(np.broadcast_to(pixels, (*pixels.shape[:2], 3)))
-        _text(texture, "string", filename=self._file("pfm", content))
+        _text(parent, "string", filename=self._file("pfm", content))
+
+    def _bitmap(self, parent: Element, name: str, pixels: Array, interpolation: str) -> None:
+        texture = _plugin(parent, "texture", "bitmap", name)
+        self._picture(texture, pixels)
         _text(texture, "string", filter_type=interpolation, wrap_mode="clamp")
         _text(texture, "boolean", raw=True)
 
     def _emission(self, emitter: Element, light: AreaLight) -> None:
-        if light.polar_range is None:
+        zone = light.polar_range
+        if zone is None:
             _rgb(emitter, "radiance", light.radiance)
-        else:
-            self._bitmap(emitter, "radiance", _zone(light), "nearest")
+            return
+        rows = zone_rows(zone, light.radiance)
+        if rows is None:
+            raise _unsupported(f"emission between {zone.low}° and {zone.high}°: no texture has borders there")
+        self._bitmap(emitter, "radiance", rows, "nearest")
+
+    def _environment_map(self, emitter: Element, light: EnvironmentMap) -> None:
+        self._picture(emitter, environment_rows(light.image.array))
+        x, y, z = np.asarray(light.axes)
+        _matrix(emitter, [y, z, -x], (0.0, 0.0, 0.0))
 
 
 # ---- shapes
@@ -245,7 +292,7 @@ def _quad(root: Element, quad: Quad, name: str) -> Element:
 def _disk(root: Element, disk: Disk, surface: Surface) -> Element:
     u, v = np.asarray(disk.axis_u), np.asarray(disk.axis_v)
     lengths = np.linalg.norm(u), np.linalg.norm(v)
-    if abs(u @ v) > 1e-9 * lengths[0] * lengths[1] or abs(lengths[0] - lengths[1]) > 1e-9 * lengths[0]:
+    if max(abs(u @ v) / lengths[0], abs(lengths[0] - lengths[1])) > _ROUND * lengths[0]:
         raise _unsupported(f"{surface.name} is an ellipse: Mitsuba's disk is round")
     if is_textured(surface.material):
         raise _unsupported(f"{surface.name} is a disk with a texture: Mitsuba's coordinates are polar there")
@@ -257,10 +304,12 @@ def _disk(root: Element, disk: Disk, surface: Surface) -> Element:
 def _sphere(root: Element, sphere: Sphere, surface: Surface) -> Element:
     """A sphere, its polar axis turned to that of the zone that emits."""
     zone = surface.emission.polar_range if surface.emission else None
-    if zone is not None and is_textured(surface.material):
-        raise _unsupported(f"{surface.name} has a zone and a texture: Mitsuba's sphere has one polar axis")
     axes = np.eye(3)
-    if zone is not None:
+    if zone is not None and zone.axis != (0.0, 0.0, 1.0):
+        if is_textured(surface.material):
+            raise _unsupported(
+                f"{surface.name} has a texture, and a zone about an axis other than z: both turn together"
+            )
         z = np.asarray(zone.axis)
         x = np.cross(np.eye(3)[np.abs(z).argmin()], z)
         x /= np.linalg.norm(x)
@@ -283,19 +332,6 @@ def _ggx(bsdf: Element, material: Material) -> None:
     _float(bsdf, alpha=material.alpha)
 
 
-def _zone(light: AreaLight) -> Array:
-    """Radiance over the polar angle, in as few equal steps as have a border at both limits, ``(steps, 1, 3)``."""
-    zone = light.polar_range
-    assert zone is not None
-    for steps in range(1, 3601):
-        first, last = zone.low / 180 * steps, zone.high / 180 * steps
-        if max(abs(first - round(first)), abs(last - round(last))) < 1e-9:
-            texture = np.zeros((steps, 1, 3))
-            texture[round(first) : round(last)] = export.rgb(FORMAT, light.radiance)
-            return texture
-    raise _unsupported(f"emission between {zone.low}° and {zone.high}°: no texture has borders there")
-
-
 def _light(root: Element, light: Light) -> None:
     match light:
         case PointLight():
@@ -303,8 +339,6 @@ def _light(root: Element, light: Light) -> None:
             _vector(emitter, "point", "position", light.position)
             _rgb(emitter, "intensity", light.intensity)
         case SpotLight():
-            if light.cutoff >= 90:
-                raise _unsupported(f"a spot of {light.cutoff:g}°: Mitsuba's ends before 90°")
             emitter = _plugin(root, "emitter", "spot")
             up = np.eye(3)[np.abs(light.direction).argmin()]
             _look_at(_transform(emitter), light.position, np.add(light.position, light.direction), up)
@@ -317,9 +351,7 @@ def _light(root: Element, light: Light) -> None:
         case ConstantEnvironment():
             _rgb(_plugin(root, "emitter", "constant"), "radiance", light.radiance)
         case _:
-            raise _unsupported(
-                f"{kind(light)} light: it needs a picture beside the file, which is not written yet"
-            )
+            raise _unsupported(f"{kind(light)} light: Mitsuba has none, and a picture would be another one")
 
 
 # ---- sensors

@@ -6,7 +6,13 @@ Conventions that are translated here:
   is across the smaller axis of the image, as ours.
 - Its spheres and disks face outwards and along +z, its triangles where their corners run counterclockwise;
   ``ReverseOrientation`` turns one over.
-- ``maxdepth = n`` holds bounces 0 … n: edit the line of the integrator.
+- ``maxdepth = n`` holds bounces 0 … n: edit the line of the integrator. Its Russian roulette can't be switched off;
+  it costs noise, no bias.
+- Named materials are global, so each name is used once; the parts of a ``mix`` come before it.
+- Its film writes 16-bit floats, 5·10⁻⁴ coarse, unless told not to.
+- Its film divides by what a white light of radiance 1 makes of it, so a grey light keeps its numbers. A coloured one
+  is fitted by a smooth spectrum (Jakob and Hanika 2019), which misses its channels by one or two thousandths: as much
+  as a careful comparison can see. One channel at a time is exact, and the header says so.
 
 What differs, and is refused:
 
@@ -14,19 +20,21 @@ What differs, and is refused:
   per channel, so a reflectance must be grey. One channel of a scene (``--channel``) is grey throughout.
 - Its materials reflect on both sides. A one-sided surface is written only if its material is black, or where no
   path meets its back (``scenes.backs``).
+- It tells the sides by the shading normal alone, ours is black where the two normals disagree: silhouettes differ.
 - Its textures are filtered over the footprint of a pixel, and its mirrors have a Fresnel reflectance.
+- Its environment maps are constant in each pixel of an equal-area square, ours bilinear in latitude and longitude.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scenes.backs import visible_backs
 from scenes.formats import export
-from scenes.formats.export import Export, UnsupportedFeatureError, kind
+from scenes.formats.export import Export, Source, UnsupportedFeatureError, kind
 from scenes.formats.ply import ply
 from scenes.lights import AreaLight, ConstantEnvironment, DirectionalLight, Light, PointLight, SpotLight
 from scenes.materials import (
@@ -47,20 +55,42 @@ from scenes.surfaces import Surface
 Array = NDArray[np.float64]
 
 FORMAT = "pbrt-v4"
+_COLOURS = ("radiance", "intensity", "irradiance")
 
 
-def pbrt_v4(scene: Scene, name: str = "scene") -> Export:
+def pbrt_v4(scene: Scene, name: str = "scene", source: Source = export.UNKNOWN) -> Export:
     """The scene as text, with its meshes (PLY).
 
     Args:
         scene: with one channel or three.
         name: what the names of the other files and of the image begin with.
+        source: for the header.
 
     Raises:
         UnsupportedFeatureError: naming what pbrt does not have, or means differently.
     """
+    export.refuse_spectra(FORMAT, scene)
     _refuse_backs(scene)
-    return _Writer(name).write(scene)
+    lines, files = _Writer(export.portable(name)).write(scene, source.bounces)
+    lines = [*(f"# {line}" for line in _header(scene, source, name)), "", *lines]
+    return Export(("\n".join(lines) + "\n").encode(), files)
+
+
+def _header(scene: Scene, source: Source, name: str) -> list[str]:
+    usage = [f"Bounces 0 to {source.bounces}: pbrt --spp 256 {name}.pbrt, or edit maxdepth below for others"]
+    if any(min(values) != max(values) for values in _emitted(scene)):
+        usage.append(
+            "Coloured lights: pbrt's fit misses their channels by up to about 0.2 %; export one --channel at a time"
+        )
+    return export.header(scene, source, *usage)
+
+
+def _emitted(scene: Scene) -> Iterator[tuple[float, ...]]:
+    """The colours of all that emits."""
+    for part in (*scene.surfaces, *scene.lights):
+        emission = part.emission if isinstance(part, Surface) else part
+        if emission is not None:
+            yield from (getattr(emission, f) for f in _COLOURS if f in emission.__struct_fields__)
 
 
 def _unsupported(feature: str) -> UnsupportedFeatureError:
@@ -112,7 +142,7 @@ def _bool(name: str, value: bool) -> str:
 
 
 def _rgb(name: str, values: tuple[float, ...]) -> str:
-    return f'"rgb {name}" [ {_numbers(export.rgb(FORMAT, values))} ]'
+    return f'"rgb {name}" [ {_numbers(export.rgb(values))} ]'
 
 
 def _grey(field: str, values: tuple[float, ...]) -> float:
@@ -145,17 +175,16 @@ class _Writer:
     """Collects the files and the named materials that the text refers to."""
 
     def __init__(self, name: str) -> None:
-        self._name, self._files, self._materials = name, dict[str, bytes](), list[str]()
+        self._name, self._files, self._parts = name, dict[str, bytes](), 0
 
-    def write(self, scene: Scene) -> Export:
+    def write(self, scene: Scene, bounces: int) -> tuple[list[str], dict[str, bytes]]:
         lines = [
             *_sensor(scene.sensor),
-            f"Film {_plugin('rgb')} {_integers('xresolution', [scene.sensor.width])}"
-            f" {_integers('yresolution', [scene.sensor.height])} {_string('filename', f'{self._name}.exr')}",
+            f"Film {self._film(scene.sensor)}",
             f"PixelFilter {_plugin('box')} {_floats('xradius', 0.5)} {_floats('yradius', 0.5)}",
             f"Sampler {_plugin('independent')} {_integers('pixelsamples', [64])}",
             "# maxdepth = n holds bounces 0 to n",
-            f"Integrator {_plugin('path')} {_integers('maxdepth', [5])}",
+            f"Integrator {_plugin('path')} {_integers('maxdepth', [bounces])}",
             "",
             "WorldBegin",
         ]
@@ -163,13 +192,18 @@ class _Writer:
             lines.append(_light(light))
         for surface in scene.surfaces:
             lines += ["", *self._surface(surface)]
-        return Export(("\n".join(lines) + "\n").encode(), self._files)
+        return lines, self._files
+
+    def _film(self, sensor: Sensor) -> str:
+        size = f"{_integers('xresolution', [sensor.width])} {_integers('yresolution', [sensor.height])}"
+        return (
+            f"{_plugin('rgb')} {size} {_string('filename', f'{self._name}.exr')} {_bool('savefp16', False)}"
+        )
 
     def _surface(self, surface: Surface) -> list[str]:
-        self._materials.clear()
-        material = self._material(surface.material)
-        lines = ["AttributeBegin", *(f"  {line}" for line in self._materials), f"  Material {material}"]
-        if surface.emission is not None:
+        *parts, material = self._material(surface.material)
+        lines = ["AttributeBegin", *(f"  {part}" for part in parts), f"  Material {material}"]
+        if surface.emission is not None and surface.emits:
             lines.append(f"  {_area_light(surface, surface.emission)}")
         lines += [f"  {line}" for line in self._shape(surface)]
         return [*lines, "AttributeEnd"]
@@ -187,12 +221,17 @@ class _Writer:
             case Sphere() | Ellipsoid():
                 return _ellipsoid(surface, shape)
             case Mesh():
+                if shape.normals is not None:
+                    raise _unsupported(
+                        f"shading normals of {surface.name}: where they disagree with the triangles about the side, "
+                        "here it is black, in pbrt it reflects; leave them out"
+                    )
                 file = f"{self._name}-{len(self._files)}.ply"
                 self._files[file] = ply(shape)
                 return [f"Shape {_plugin('plymesh')} {_string('filename', file)}"]
 
-    def _material(self, material: Material) -> str:
-        """Its type and its parameters; those that it is made of come before it."""
+    def _material(self, material: Material) -> list[str]:
+        """Its type and its parameters; before it the directives that name its parts."""
         match material:
             case Lambertian():
                 if not isinstance(material.albedo, tuple):
@@ -200,25 +239,27 @@ class _Writer:
                         f"{kind(material.albedo)} texture: pbrt filters it over a pixel's footprint"
                     )
                 albedo = _grey("albedo", material.albedo)
-                return f"{_plugin('diffuse')} {_rgb('reflectance', (albedo,))}"
+                return [f"{_plugin('diffuse')} {_rgb('reflectance', (albedo,))}"]
             case Mirror():
                 raise _unsupported("mirror: pbrt's conductor reflects more towards grazing angles")
             case Dielectric() | RoughDielectric():
                 eta = material.interior_ior / material.exterior_ior
-                return f"{_plugin('dielectric')} {_floats('eta', eta)} {_roughness(material)}"
+                return [f"{_plugin('dielectric')} {_floats('eta', eta)} {_roughness(material)}"]
             case Conductor() | RoughConductor():
                 index = f"{_spectrum('eta', material.eta)} {_spectrum('k', material.k)}"
-                return f"{_plugin('conductor')} {index} {_roughness(material)}"
+                return [f"{_plugin('conductor')} {index} {_roughness(material)}"]
             case Blend():
-                names = [self._named(part) for part in (material.first, material.second)]
-                parts = " ".join(f'"{name}"' for name in names)
-                return f'{_plugin("mix")} "string materials" [ {parts} ] {_floats("amount", material.weight)}'
+                first, one = self._named(material.first)
+                second, other = self._named(material.second)
+                names = f'"string materials" [ "{one}" "{other}" ]'
+                return [*first, *second, f"{_plugin('mix')} {names} {_floats('amount', material.weight)}"]
 
-    def _named(self, material: Material) -> str:
-        kind_, _, parameters = self._material(material).partition(" ")
-        name = f"part{len(self._materials)}"
-        self._materials.append(f'MakeNamedMaterial "{name}" "string type" [ {kind_} ] {parameters}')
-        return name
+    def _named(self, material: Material) -> tuple[list[str], str]:
+        """The directives that give it a name which no other material of the scene has, and that name."""
+        *parts, made = self._material(material)
+        kind_, _, parameters = made.partition(" ")
+        name, self._parts = f"part{self._parts}", self._parts + 1
+        return [*parts, f'MakeNamedMaterial "{name}" "string type" [ {kind_} ] {parameters}'], name
 
 
 def _plugin(name: str) -> str:
@@ -274,6 +315,8 @@ def _roughness(material: Dielectric | RoughDielectric | Conductor | RoughConduct
 def _area_light(surface: Surface, light: AreaLight) -> str:
     if light.polar_range is not None:
         raise _unsupported(f"{surface.name} emits from a zone: pbrt's area light is a whole shape")
+    if light.angular_profile is not None:
+        raise _unsupported(f"{surface.name} has an angular profile: pbrt's area light is diffuse")
     radiance = _rgb("L", light.radiance)
     return f"AreaLightSource {_plugin('diffuse')} {radiance} {_bool('twosided', surface.two_sided)}"
 
@@ -298,7 +341,9 @@ def _light(light: Light) -> str:
         case ConstantEnvironment():
             return f"LightSource {_plugin('infinite')} {_rgb('L', light.radiance)}"
         case _:
-            raise _unsupported(f"{kind(light)} light: pbrt's image of the sky is equal-area and octahedral")
+            raise _unsupported(
+                f"{kind(light)} light: pbrt's environment is an equal-area square, constant in each of its pixels"
+            )
 
 
 # ---- sensors

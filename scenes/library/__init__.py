@@ -8,6 +8,8 @@ from types import MappingProxyType
 from scenes.case import Case
 from scenes.library import (
     around_the_corner,
+    cie_171,
+    constant_radiance,
     cornell_box,
     direct_light,
     direct_light_of_lights,
@@ -28,10 +30,12 @@ FAMILIES = (
     furnace,
     integrating_sphere,
     interreflection,
+    constant_radiance,
     point_in_sphere,
     direct_light,
     direct_light_of_lights,
     rectangles,
+    cie_171,
     mirrors,
     specular,
     glossy,

@@ -104,7 +104,9 @@ def _unobstructed(scene: Scene, x: Array, n: Array) -> Array:
     E = np.zeros((scene.channels, x.shape[1]))
     for surface in scene.surfaces:
         if surface.emission is not None:
-            E += np.outer(surface.emission.radiance, irradiance_per_radiance(surface.shape, x, n[:, 0]))
+            E += np.outer(
+                surface.emission.diffuse_radiance, irradiance_per_radiance(surface.shape, x, n[:, 0])
+            )
     for light in scene.lights:
         E += irradiance_by_light(light, x, n)
     return E
@@ -124,7 +126,7 @@ def _behind_a_screen(scene: Scene, x: Array, n: Array) -> Array:
         if not (np.einsum("i,kin->kn", np.cross(m, end - start), shadow - start[:, None]) > 0).all():
             raise ValueError("expected a screen that hides a part of the lamp away from its edges")
     visible = polygon_irradiance(corners, x, n[:, 0]) - polygon_irradiance(edges, x, n[:, 0])
-    return np.outer(lamp.emission.radiance, visible)
+    return np.outer(lamp.emission.diffuse_radiance, visible)
 
 
 def _over_a_wall(scene: Scene, x: Array, n: Array) -> Array:
@@ -138,7 +140,7 @@ def _over_a_wall(scene: Scene, x: Array, n: Array) -> Array:
     across = np.cross(np.reshape(wall.shape.edge_u, (3, 1)), x - top, axis=0)
     up = across * np.sign(np.array(wall.shape.edge_v) @ across)
     visible = clipped(np.broadcast_to(corners[..., None], (4, *x.shape)), x, up)
-    return np.outer(lamp.emission.radiance, polygon_irradiance(visible, x, n[:, 0]))
+    return np.outer(lamp.emission.diffuse_radiance, polygon_irradiance(visible, x, n[:, 0]))
 
 
 # ---- scenes
@@ -167,7 +169,7 @@ def direct_case(
     source: str,
     *,
     family: str = "direct_light",
-    sensor: Pinhole | None = None,
+    sensor: Pinhole | Orthographic | None = None,
     lights: tuple[Light, ...] = (),
     evaluate: Callable[[Scene, int], Images] = direct_light,
     blind_to: str = _CONVEX,

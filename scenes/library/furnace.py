@@ -83,7 +83,7 @@ def _uniform(scene: Scene, bounces: int) -> Images:
         raise ValueError(f"{len(found)} pairs of emission and albedo; expected the same on every surface")
     [(emission, share)] = found
     assert emission is not None
-    e, rho = np.asarray(emission.radiance), np.asarray(share)
+    e, rho = np.asarray(emission.diffuse_radiance), np.asarray(share)
     series = np.stack([e * rho**k for k in range(bounces + 1)])
     return np.broadcast_to(series[:, None, None, :], (bounces + 1, *scene.shape)).copy()
 

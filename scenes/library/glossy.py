@@ -124,7 +124,10 @@ def _tank(scene: Scene, bounces: int) -> Images:
     """TE = a_above e₁ + a_below e₂."""
     surface, glass = _floor(scene)
     assert isinstance(glass, RoughDielectric)
-    above, [below] = sky(scene), {s.emission.radiance for s in scene.surfaces if s.emission is not None}
+    above, [below] = (
+        sky(scene),
+        {s.emission.diffuse_radiance for s in scene.surfaces if s.emission is not None},
+    )
 
     def series(k: int, o: Array, d: Array) -> Array:
         if k != 1:
@@ -283,7 +286,7 @@ def _under_lamp(scene: Scene, bounces: int) -> Images:
     s, t = ((grid.ravel() + 1) / 2 for grid in np.meshgrid(nodes, nodes))
     y = np.array(lamp.shape.corner)[:, None] + np.outer(lamp.shape.edge_u, s) + np.outer(lamp.shape.edge_v, t)
     areas = np.outer(weights, weights).ravel() / 4 * lamp.shape.area
-    e, n = np.array(lamp.emission.radiance)[:, None], floor.normal
+    e, n = np.array(lamp.emission.diffuse_radiance)[:, None], floor.normal
     assert isinstance(scene.sensor, Pinhole)
     eye, frame = np.array(scene.sensor.origin), scene.sensor.frame
 

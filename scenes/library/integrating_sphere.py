@@ -34,7 +34,7 @@ def _series(scene: Scene, bounces: int) -> Images:
     assert isinstance(surface.material, Lambertian)
     assert isinstance(surface.shape, Sphere)
     assert isinstance(scene.sensor, Pinhole)
-    e, rho = np.asarray(surface.emission.radiance), np.asarray(surface.material.albedo)
+    e, rho = np.asarray(surface.emission.diffuse_radiance), np.asarray(surface.material.albedo)
     images = np.empty((bounces + 1, *scene.shape))
     images[0] = cap_coverage(surface.shape, surface.emission.polar_range, scene.sensor)[..., None] * e
     for k in range(1, bounces + 1):

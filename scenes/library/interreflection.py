@@ -274,7 +274,11 @@ def _dome(scene: Scene, bounces: int) -> Images:
     image_of_cap = cap_coverage(shape, below, sensor)[..., None]
     in_mirror = circle_coverage(shape.center, n, shape.radius, sensor)[..., None]
 
-    e, rho, m = np.asarray(wall.emission.radiance), albedo_of(wall), np.asarray(mirror.material.reflectance)
+    e, rho, m = (
+        np.asarray(wall.emission.diffuse_radiance),
+        albedo_of(wall),
+        np.asarray(mirror.material.reflectance),
+    )
     sources = {1: zone.fraction * e, 2: m * zone.fraction * e}
     u = [np.zeros_like(e), np.zeros_like(e)]  # at bounces −1 and 0
     images = np.empty((bounces + 1, *scene.shape))

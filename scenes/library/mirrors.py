@@ -42,7 +42,7 @@ def _images(scene: Scene, bounces: int) -> Images:
     for lamp in lamps:
         assert isinstance(lamp.shape, Sphere)
         assert lamp.emission is not None
-        center, e = np.array(lamp.shape.center), np.array(lamp.emission.radiance)
+        center, e = np.array(lamp.shape.center), np.array(lamp.emission.diffuse_radiance)
         seen = (center, e), (_mirrored(center, mirror.shape), e * mirror.material.reflectance)
         for k, (place, radiance) in enumerate(seen[: bounces + 1]):
             c = place - origin
@@ -103,7 +103,7 @@ def _strips(scene: Scene, bounces: int) -> Images:
         raise ValueError(
             "a ray looks away from the near mirror: all must meet it first, in a less wide image"
         )
-    images, e = np.empty((bounces + 1, *scene.shape)), np.array(wall.emission.radiance)
+    images, e = np.empty((bounces + 1, *scene.shape)), np.array(wall.emission.diffuse_radiance)
     before = np.zeros((scene.sensor.height, scene.sensor.width))
     for k in range(bounces + 1):
         up_to_k = half_space_coverage(s * n + (h + k) * a, scene.sensor)

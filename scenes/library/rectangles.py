@@ -18,6 +18,7 @@ from scenes.library.direct_light import BLACK, DIRECT, TOLERANCE, hit
 from scenes.lights import AreaLight, DirectionalLight
 from scenes.materials import Lambertian
 from scenes.pixel_average import pixel_average
+from scenes.pixels_on_rectangle import pixels_on
 from scenes.scene import Scene
 from scenes.sensor import Orthographic
 from scenes.shapes import Quad
@@ -44,35 +45,14 @@ def _albedo(surface: Surface) -> Array:
     return np.asarray(surface.material.albedo)
 
 
-def _exchange_per_pixel(scene: Scene, receiver: Quad, lamp: Quad) -> Array:
+def exchange_per_pixel(sensor: Orthographic, receiver: Quad, lamp: Quad) -> Array:
     """The form factor F from each pixel on the receiver to the lamp, ``(height, width)``.
 
     A pixel that reaches beyond the receiver sees black there.
     """
-    sensor = scene.sensor
-    assert isinstance(sensor, Orthographic)
-    corner, n = np.array(receiver.corner), receiver.normal
-    lengths = np.linalg.norm([receiver.edge_u, receiver.edge_v], axis=1)
-    axes = np.stack([*(np.array([receiver.edge_u, receiver.edge_v]) / lengths[:, None]), n])
-
-    # edges of columns and rows in the receiver's coordinates
-    M = axes @ sensor.pixel_to_offset
-    start = axes @ (np.array(sensor.origin) - corner) + M[:, 2]
-    if not np.allclose(axes @ sensor.frame[:, 2], [0, 0, -1], rtol=0, atol=1e-12):
-        raise ValueError("expected a camera that looks straight at the receiver")
-    across = 0 if abs(M[0, 0]) > abs(M[1, 0]) else 1  # which coordinate runs along a row of the image
-    columns = start[across] + M[across, 0] * np.arange(sensor.width + 1)
-    rows = start[1 - across] + M[1 - across, 1] * np.arange(sensor.height + 1)
-    if not np.allclose([M[1 - across, 0], M[across, 1]], 0, rtol=0, atol=1e-12 * abs(M[across, 0])):
-        raise ValueError("expected a camera whose rows run along an edge of the receiver")
-    area = abs(np.diff(columns)[0] * np.diff(rows)[0])
-    columns, rows = np.clip(columns, 0, lengths[across]), np.clip(rows, 0, lengths[1 - across])
-
-    corners = axes @ (polygons(lamp)[0] - corner).T
-    exchange = _exchange(
-        columns, rows, corners[[across, 1 - across, 2]], (axes @ lamp.normal)[[across, 1 - across, 2]]
-    )
-    factor: Array = np.abs(exchange) / area
+    pixels = pixels_on(receiver, sensor)
+    corners, facing = pixels.local(polygons(lamp)[0]), pixels.frame @ lamp.normal
+    factor: Array = np.abs(_exchange(pixels.columns, pixels.rows, corners, facing)) / pixels.area
     return factor
 
 
@@ -95,10 +75,11 @@ def _facing_lamp(scene: Scene, bounces: int) -> Images:
     assert isinstance(receiver.shape, Quad)
     assert isinstance(lamp.shape, Quad)
     assert lamp.emission is not None
+    assert isinstance(scene.sensor, Orthographic)
     images = np.zeros((bounces + 1, *scene.shape))
     if bounces:
-        factor = _exchange_per_pixel(scene, receiver.shape, lamp.shape)
-        images[1] = factor[..., None] * _albedo(receiver) * lamp.emission.radiance
+        factor = exchange_per_pixel(scene.sensor, receiver.shape, lamp.shape)
+        images[1] = factor[..., None] * _albedo(receiver) * lamp.emission.diffuse_radiance
     return images
 
 
@@ -118,9 +99,10 @@ def _by_reflection(scene: Scene, bounces: int) -> Images:
     wall, floor, *_ = scene.surfaces
     assert isinstance(wall.shape, Quad)
     assert isinstance(floor.shape, Quad)
+    assert isinstance(scene.sensor, Orthographic)
     images = np.zeros((bounces + 1, *scene.shape))
     if bounces >= 2:
-        factor = _exchange_per_pixel(scene, wall.shape, floor.shape)
+        factor = exchange_per_pixel(scene.sensor, wall.shape, floor.shape)
         images[2] = factor[..., None] * _albedo(wall) * _floor_radiance(scene)
     return images
 

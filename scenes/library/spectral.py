@@ -117,7 +117,7 @@ def _uniform(scene: Scene, bounces: int) -> Images:
     surface = scene.surfaces[0]
     assert surface.emission is not None
     assert isinstance(surface.material, Lambertian)
-    e, rho = np.array(surface.emission.radiance), np.array(surface.material.albedo)
+    e, rho = np.array(surface.emission.diffuse_radiance), np.array(surface.material.albedo)
     series = np.stack([e * rho**k for k in range(bounces + 1)])
     return np.broadcast_to(series[:, None, None, :], (bounces + 1, *scene.shape)).copy()
 

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from scenes import fresnel
 from scenes.case import Case, Formula, Images, Tolerance
-from scenes.lights import AreaLight, ConstantEnvironment
+from scenes.cone_average import average_across_cone
+from scenes.images import Image
+from scenes.lights import AreaLight, ConstantEnvironment, EnvironmentMap
 from scenes.materials import Conductor, Dielectric, Lambertian
 from scenes.pixel_average import pixel_average
 from scenes.scene import Scene
@@ -71,7 +73,7 @@ def _one(scene: Scene, kind: type[M]) -> tuple[Surface, M]:
 
 def _emission(scene: Scene) -> Array:
     """Radiance of the one surface that emits, ``(channels, 1)``."""
-    [radiance] = [s.emission.radiance for s in scene.surfaces if s.emission is not None]
+    [radiance] = [s.emission.diffuse_radiance for s in scene.surfaces if s.emission is not None]
     return np.array(radiance)[:, None]
 
 
@@ -108,12 +110,13 @@ is reflected leaves, so T²E = 0. A pixel's average is a quadrature over the ang
     )
 
 
-def _slab(scene: Scene, bounces: int) -> Images:
-    """R above, then (1 − R)² Rᵏ⁻², in turn below and above."""
+def slab(scene: Scene, bounces: int) -> Images:
+    """R above, then (1 − R)² Rᵏ⁻², in turn below and above; without a sky it is black above."""
     _, glass = _one(scene, Dielectric)
-    [top] = [s.shape for s in scene.surfaces if s.name == "slab.top"]
+    [top] = [s.shape for s in scene.surfaces if s.name.endswith(".top")]
     assert isinstance(top, Quad)
-    above, below = sky(scene), _emission(scene)
+    below = _emission(scene)
+    above = 0 * below if scene.environment is None else sky(scene)
     eta = glass.interior_ior / glass.exterior_ior
 
     def series(k: int, o: Array, d: Array) -> Array:
@@ -139,7 +142,7 @@ def glass_slab() -> Case:
         family="specular",
         title="A slab of glass, sky above and lamp below: TE = R e, TᵏE = (1 − R)² Rᵏ⁻² e, in turn below and above",
         scene=Scene(surfaces, camera, (ConstantEnvironment((1.0, 2.0, 4.0)),)),
-        answer=Formula(_slab, f"{_FRESNEL}, §1.5.2; the series of §7.6.1, summed as intensities"),
+        answer=Formula(slab, f"{_FRESNEL}, §1.5.2; the series of §7.6.1, summed as intensities"),
         bounces=4,
         max_bounces=12,
         tolerance=_SERIES,
@@ -261,10 +264,85 @@ surface does no harm: a renderer knows of media only by the boundaries that a ra
     )
 
 
+def _window(scene: Scene, bounces: int) -> Images:
+    """TE = η² (1 − R) of where refraction leads, and R of where reflection does."""
+    surface, glass = _one(scene, Dielectric)
+    environment = scene.environment
+    assert isinstance(surface.shape, Quad)
+    assert isinstance(scene.sensor, Pinhole)
+    assert isinstance(environment, EnvironmentMap)
+    water, n, eta = surface.shape, surface.shape.normal, glass.interior_ior / glass.exterior_ior
+
+    def radiance(o: Array, d: Array) -> Array:
+        cos_theta = cosines(water, o, -d)  # against its front, as if the rays came from outside
+        R = fresnel.dielectric(cos_theta, 1 / eta)
+        along = d - np.outer(n, cos_theta)
+        sine = eta * np.linalg.norm(
+            along, axis=0
+        )  # where it is more than 1, 1 − R is 0, and any direction will do
+        beyond = eta * along / np.maximum(sine, 1) + np.outer(n, np.sqrt(np.maximum(1 - sine**2, 0)))
+        mirrored = along - np.outer(n, cos_theta)
+        return eta**2 * (1 - R) * _one_cell(environment, beyond) + R * _one_cell(environment, mirrored)
+
+    images = np.zeros((bounces + 1, *scene.shape))
+    if bounces:
+        cone = np.outer(n, n) - (1 - 1 / eta**2) * np.eye(3)  # sin θ < 1/η
+        images[1] = average_across_cone(scene.sensor, radiance, cone, n)
+    return images
+
+
+def _one_cell(light: EnvironmentMap, d: Array) -> Array:
+    """Radiance of a map of 2 × 2 pixels, ``(channels, n)``, where it is bilinear in both angles.
+
+    Raises:
+        ValueError: a direction beyond the centres of the pixels, or in the half where the map closes.
+    """
+    pixels = light.image.array
+    x, y, z = np.array(light.axes) @ d
+    s, t = (np.arctan2(y, x) % (2 * np.pi)) / np.pi - 0.5, 2 * np.arccos(z) / np.pi - 0.5
+    if pixels.shape[:2] != (2, 2) or min(s.min(), t.min()) < 0 or max(s.max(), t.max()) > 1:
+        raise ValueError("expected a view in which the map is one bilinear cell, between its four pixels")
+    shares = np.stack([(1 - t) * (1 - s), (1 - t) * s, t * (1 - s), t * s])
+    found: Array = pixels.reshape(4, -1).T @ shares
+    return found
+
+
+def snells_window() -> Case:
+    """A camera under water that looks up across the critical angle, in an environment that is brighter above."""
+    water = Quad((-20.0, 0.0, 20.0), (40.0, 0.0, 0.0), (0.0, 0.0, -40.0))
+    # rows: right, left; columns: below, above
+    right, left = ((0.9, 0.3, 0.1), (2.0, 5.0, 9.0)), ((0.2, 0.6, 0.3), (6.0, 4.0, 3.0))
+    axes = ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0))
+    camera = Pinhole((0.0, -0.5, 0.0), (0.03, 0.3, -0.62), (0.1, 1.0, 0.0), 56.0, 64, 64)
+    return Case(
+        name="snells-window",
+        family="specular",
+        title="From under water: the sky in Snell's window, total reflection around it: TE = η² (1 − R) L + R L′",
+        scene=Scene(
+            (Surface("water", water, Dielectric(interior_ior=1.33)),),
+            camera,
+            (EnvironmentMap(Image((right, left)), axes),),
+        ),
+        answer=Formula(_window, f"{_FRESNEL}, §1.5.2 and §1.5.4; radiance over η² is kept: Veach 1997, §5.2"),
+        bounces=2,
+        tolerance=_TOLERANCE,
+        derivation="""\
+Up to the critical angle, sin θ = 1/η, 1 − R leaves the water, refracted: the whole sky stands in a cone of 49°,
+its radiance L there η² times as large. R is mirrored to where the radiance is L′; beyond the critical angle R = 1.
+TE = η² (1 − R) L + R L′. The environment is 2 × 2 pixels of a map, turned so that all that is in view, refracted or
+mirrored, lies between their centres, where radiance is bilinear in the two angles of the map: brighter above, of
+another colour to either side. Its lower half is taken to be in the water, as in lamp-under-water. The water is flat,
+so what leaves it meets nothing: T²E = 0. At the critical angle R has the slope of a square root; a pixel that sees
+it is integrated on both sides of the circle, which in the image is an ellipse.""",
+        blind_to="reflection inside a closed body of glass; refraction into the denser medium",
+    )
+
+
 CASES: Mapping[str, Callable[[], Case]] = {
     "metal-angles": metal_angles,
     "glass-slab": glass_slab,
     "glass-ball": glass_ball,
     "inside-glass": inside_glass,
     "lamp-under-water": lamp_under_water,
+    "snells-window": snells_window,
 }

@@ -47,4 +47,6 @@ def albedo_of(surface: Surface) -> Array:
 
 def radiance_of(surface: Surface) -> Array:
     """What a surface emits, 0 if nothing, ``(channels,)``."""
-    return np.asarray(surface.emission.radiance if surface.emission else np.zeros(surface.channels or 0))
+    return np.asarray(
+        surface.emission.diffuse_radiance if surface.emission else np.zeros(surface.channels or 0)
+    )

@@ -149,6 +149,16 @@ def test_the_images_are_written(compare: Compare, tmp_path: Path) -> None:
     assert (stderr[0].max(axis=(0, 1)) > 0).all()
 
 
+def test_channels_of_a_spectral_case_are_its_wavelengths(compare: Compare, tmp_path: Path) -> None:
+    comparison = compare("furnace-equal-energy", "reference", bounces=1, size=(4, 4), tolerance=0.5)
+    assert comparison.channels == [f"{nm} nm" for nm in range(380, 781, 10)]
+    assert {b.channel for b in comparison.bounces} <= set(comparison.channels)
+    assert {b.worst_tile.channel for b in comparison.bounces} <= set(comparison.channels)
+    assert comparison.images is not None
+    for file in (comparison.images.truth, comparison.images.renderer):
+        assert exr.read_wavelengths(tmp_path / file) == tuple(range(380, 781, 10))
+
+
 def test_a_renderer_that_ignores_its_seed_is_told_so(wrong: Any, compare: Compare) -> None:
     comparison = compare("furnace-box", "wrong:ignore-the-seed")
     assert comparison.verdict == "error"

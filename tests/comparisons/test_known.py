@@ -26,8 +26,12 @@ def test_shipped_entries_name_cases_and_renderers_that_exist_and_a_page_that_exi
     entries = known.load(known.SHIPPED)
     assert entries
     for entry in entries:
-        assert library.case(entry.case).bounces >= max(entry.bounces)
-        assert all(entry.bias_of(k) is not None for k in range(1, 20))
+        case = library.case(entry.case)
+        assert case.bounces >= max(entry.bounces)
+        truth = case.answer.truth(case.scene, 19)
+        assert truth is not None
+        for k in range(1, 20):  # however many are asked for
+            assert entry.speaks_of(k) == truth.mean[k].any()
         assert canonical(entry.renderer) == entry.renderer
         assert (Path(__file__).parents[2] / entry.link).exists()
 
@@ -37,7 +41,8 @@ def test_entries_apply_to_their_case_renderer_and_versions(tmp_path: Path) -> No
     file.write_text(ENTRY)
     entries = known.load(file)
     [found] = known.declared(entries, "furnace-box", "mitsuba:scalar_rgb", "3.9.1")
-    assert [found.bias_of(k) for k in range(4)] == [None, 0.01, 0.02, None]
+    assert [found.speaks_of(k) for k in range(4)] == [False, True, True, False]
+    assert found.biases(2, "RG") == {"R": 0.02, "G": 0.02}
     assert not known.declared(entries, "furnace-box", "mitsuba:scalar_rgb", "3.10.0")
     assert not known.declared(entries, "furnace-sphere", "mitsuba:scalar_rgb", "3.9.1")
     assert not known.declared(entries, "furnace-box", "reference:mis", "3.9.1")
@@ -47,7 +52,17 @@ def test_the_last_bias_can_hold_onwards(tmp_path: Path) -> None:
     file = tmp_path / "known.toml"
     file.write_text(ENTRY + "onwards = true\n")
     [entry] = known.load(file)
-    assert [entry.bias_of(k) for k in (0, 2, 3, 9)] == [None, 0.02, 0.02, 0.02]
+    assert [entry.speaks_of(k) for k in (0, 2, 3, 9)] == [False, True, True, True]
+    assert [entry.biases(k, "R") for k in (1, 2, 3, 9)] == [{"R": 0.01}] + 3 * [{"R": 0.02}]
+
+
+def test_channels_can_deviate_differently(tmp_path: Path) -> None:
+    file = tmp_path / "known.toml"
+    file.write_text(ENTRY.replace("0.02]", '[0.02, -0.03]]\nchannels = ["B", "R"]'))
+    [entry] = known.load(file)
+    assert entry.biases(1, "RGB") == {"B": 0.01, "R": 0.01}
+    assert entry.biases(2, "RGB") == {"B": 0.02, "R": -0.03}
+    assert entry.biases(2, "R") == {"R": -0.03}
 
 
 @pytest.mark.parametrize(
@@ -60,6 +75,13 @@ def test_the_last_bias_can_hold_onwards(tmp_path: Path) -> None:
         (("within = 0.001", "within = 0"), "within = 0"),
         (("within = 0.001", "within = 0.02"), "0 < within < |bias|"),
         (("bias = [0.01, 0.02]", "bias = [nan, 0.02]"), "bias = [nan, 0.02]"),
+        (
+            ("0.02]", "[0.02, 0.03]]"),
+            "bias = [0.01, [0.02, 0.03]], channels = None: expected a number for each",
+        ),
+        (("0.02]", '[0.02]]\nchannels = ["R", "G"]'), "with one for each of the channels"),
+        (("0.02]", '[0.02, 0.001]]\nchannels = ["R", "G"]'), "0 < within < |bias|"),
+        (("0.02]", "[]]\nchannels = []"), "channels = []"),
         (("bounces = [1, 2]", "bounces = [2, 2]"), "bounces = [2, 2]: expected each once"),
         (("bounces = [1, 2]", "bounces = [-1, 2]"), "bounces = [-1, 2]"),
         (

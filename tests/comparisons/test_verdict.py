@@ -12,7 +12,7 @@ import pytest
 from comparisons.known import Deviation
 from comparisons.regions import Regions
 from comparisons.results import BounceResult
-from comparisons.statistics.intervals import Biases
+from comparisons.statistics.intervals import Biases, Range
 from comparisons.verdict import Measured, judge, overall
 from scenes import Tolerance
 
@@ -45,13 +45,23 @@ def verdict(
 
 def judged(b: np.ndarray, half: float, known: Deviation | None, enough: bool = True) -> BounceResult:
     full = partial(np.full, b.shape)
-    biases = Biases(bias=b, error=full(half / 4), own=full(half), simultaneous=full(1.3 * half))
+    biases = Biases(
+        bias=b,
+        error=full(half / 4),
+        own=Range(b - half, b + half),
+        simultaneous=Range(b - 1.3 * half, b + 1.3 * half),
+        resolution=full(1.6 * half),
+        p_value=full(0.5),
+    )
     measured = Measured(
         bounce=1,
+        channels="RGB",
         biases=biases,
         mean=1 + b,
         truth=full(1.0),
         denominator=full(1.0),
+        skewness=full(0.0),
+        dominance=full(0.1),
         look=1,
         replicates=32,
         spp=64,
@@ -105,7 +115,7 @@ def test_the_worst_channel_is_shown_and_all_are_listed() -> None:
 
 def test_detectable_bias_and_resolution() -> None:
     found = verdict(0.0, 0.004)
-    assert found.resolution == pytest.approx(1.3 * 0.004 + 1.2816 * 0.001, abs=1e-6)
+    assert found.resolution == pytest.approx(1.6 * 0.004)
     assert found.detectable_bias == pytest.approx(0.01 + found.resolution)
     assert found.worst_tile.detectable_bias == pytest.approx(0.02 + found.resolution)
 
@@ -166,6 +176,18 @@ def test_a_declaration_covers_its_channels_alone() -> None:
     assert judged(everywhere(0.05, "R"), 0.0005, red).verdict == "known"
     assert judged(everywhere(0.05, "RG"), 0.0005, red).verdict == "fail"
     assert judged(everywhere(0.05, "R"), 0.0005, entry(0.05)).verdict == "fail"
+
+
+def test_channels_that_deviate_differently_are_each_held_against_their_own() -> None:
+    each = msgspec.structs.replace(entry(0.05), bias=[[0.05, -0.08]], channels=["R", "B"])
+    deviating = np.tile([0.05, 0.0, -0.08], (17, 1))
+    found = judged(deviating, 0.0005, each)
+    assert found.verdict == "known"
+    assert found.known is not None
+    assert (found.channel, found.known.declared_bias) == ("B", -0.08)
+    assert judged(-deviating, 0.0005, each).verdict == "fail"
+    assert judged(deviating[:, [2, 1, 0]], 0.0005, each).verdict == "fail"
+    assert judged(everywhere(0.05, "R"), 0.0005, each).verdict == "fail"
 
 
 @pytest.mark.parametrize(

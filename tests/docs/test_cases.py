@@ -47,6 +47,39 @@ def test_every_picture_is_the_answer() -> None:
         assert np.abs(found.astype(int) - pixels.astype(int)).max() <= 1, f"docs/cases/{name} is old"
 
 
+def test_a_bounce_without_light_has_no_picture_and_is_named() -> None:
+    images = np.zeros((4, 8, 8, 3))
+    images[1], images[3] = np.linspace(0.1, 0.8, 8)[:, None], np.linspace(0.01, 0.08, 8)[:, None]
+    made = CASES.case("quad-over-plane")
+    assert CASES.strip(images).shape == (128, 2 * 128 + 4, 3)
+    [picture, caption] = CASES._picture(made, images)
+    assert picture.startswith("![TE, T³E](")
+    assert caption == "*Exposures: TE ×1, T³E ×10. No light: E, T²E.*\n"
+
+
+def test_uniform_bounces_share_an_exposure_and_have_a_table() -> None:
+    images = np.broadcast_to(np.array([1.0, 0.5, 0.25])[:, None, None, None], (3, 8, 8, 3))
+    assert CASES.exposures(images) == {0: 0.8, 1: 0.8, 2: 0.8}
+    assert CASES._picture(CASES.case("furnace-box"), images)[1] == "*Exposure: ×0.8 for all.*\n"
+    assert "| 1, 1, 1 | 0.5, 0.5, 0.5 |" in CASES.page(CASES.FAMILIES[0])
+
+
+def test_spectral_cases_are_in_colour() -> None:
+    """The left wall is red, the right one green."""
+    made = CASES.case("cornell-box-spectral")
+    images = CASES.truth(made)
+    direct = CASES.strip(CASES.shown(made, images))[:, 132:260].astype(int)
+    left, right = direct[64, 4], direct[64, -4]
+    assert left[0] > 2 * left[1]
+    assert right[1] > right[0]
+    [line] = CASES._spectrum(made, images)
+    assert "38, from 404 to 700 nm" in line
+    assert CASES._spectrum(CASES.case("furnace-box"), images) == []
+    furnace = CASES.case("furnace-equal-energy")
+    [line] = CASES._spectrum(furnace, CASES.truth(furnace))
+    assert line.count("(0.333, 0.333)") == 6
+
+
 def test_a_meter_has_a_table() -> None:
     lines = CASES._table(np.array([[[[0.0, 1.5]]], [[[0.25, 2.0]]]]))
     assert lines == ["| E | TE |", "|---|---|", "| 0, 1.5 | 0.25, 2 |\n"]

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from lightproof import cases
 from lightproof.cli import app
 from scenes import Scene, library
+from scenes.channels import single_channel
 from scenes.formats import exr
 
 OWN = """
@@ -99,7 +100,20 @@ def test_a_case_of_a_file_joins_others(own: Path, tmp_path: Path) -> None:
         (("validate", "--family", "furnac"), "no family is called 'furnac': did you mean furnace"),
         (("render", "no-such.json"), "no-such.json: No such file"),
         (("export", "furnace-box", "--channel", "3"), "the scene has the channels 0 to 2"),
-        (("export", "furnace-box", "--out", "no/such/folder.json"), "there is no folder no/such"),
+        (
+            ("export", "furnace-box", "--out", "no/such/folder.json"),
+            "there is no folder no/such; make it first",
+        ),
+        (
+            ("export", "furnace-box", "--out", "a.obj"),
+            "expected a name that ends in one of .json, .xml, .pbrt",
+        ),
+        (("export", "furnace-box", "--format", "gltf", "--out", "a.xml"), "ends in .gltf, as gltf needs"),
+        (
+            ("export", "furnace-box", "--format", "obj"),
+            "'obj' is not one of 'json', 'mitsuba-xml', 'pbrt-v4'",
+        ),
+        (("export", "furnace-bx"), "no case is called 'furnace-bx': did you mean furnace-box"),
         (("answer", "furnace-box", "--out", "a.png"), "expected a name that ends in .exr"),
     ],
 )
@@ -221,11 +235,84 @@ def test_the_answer_is_the_truth(tmp_path: Path) -> None:
     assert (exr.read_bounces(out)[1] > 0).any(), "an estimate comes with its standard error"
 
 
+def test_spectra_are_written_with_their_wavelengths(tmp_path: Path) -> None:
+    """And read again: as the answer of a scene of one's own they bring their wavelengths along."""
+    name, answer = "furnace-equal-energy", tmp_path / "answer.exr"
+    size = ("--size", "4x4", "--bounces", "1")
+    result = invoke("answer", name, *size, "--out", answer)
+    assert "each of 41 wavelengths from 380 to 780 nm and a picture in linear sRGB, exact" in flat(
+        result.output
+    )
+    found = library.case(name)
+    assert exr.read_wavelengths(answer) == found.wavelengths
+    image = tmp_path / "image.exr"
+    result = invoke("render", name, *size, "--spp", "1", "--out", image)
+    assert "each of 41 wavelengths" in flat(result.output)
+    assert exr.read_wavelengths(image) == found.wavelengths
+    assert (exr.read_bounces(image)[0][0] == 1).all()
+    (tmp_path / "own.json").write_bytes(found.scene.resized(4, 4).to_json())
+    assert cases.from_answer(tmp_path / "own.json", answer).wavelengths == found.wavelengths
+
+
 def test_export_refuses_what_a_format_lacks(tmp_path: Path) -> None:
     result = invoke("export", "furnace-sphere", "--format", "gltf", "--out", tmp_path / "x.gltf")
     assert result.exit_code == 5
     assert "gltf can't express this scene: sphere is a sphere: glTF has triangles only" in result.output
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", ["json", "xml", "pbrt", "gltf"])
+def test_the_suffix_says_the_format(suffix: str, tmp_path: Path) -> None:
+    out = tmp_path / f"x.{suffix}"
+    result = invoke("export", "furnace-box", "--channel", "1", "--size", "16x8", "--out", out)
+    assert result.exit_code == 0, result.output
+    if suffix == "json":
+        assert Scene.load(out).shape == (8, 16, 1)
+    else:  # where it comes from, and how many bounces the case asks for
+        text = out.read_text()
+        assert "furnace-box, 16x8 pixels, channel 1 of 0 to 2" in text
+        scene = single_channel(library.case("furnace-box").scene.resized(16, 8), 1)
+        assert scene.sha256 in text
+        bounces = library.case("furnace-box").bounces
+        said = {
+            "xml": f'value="{bounces + 1}"',
+            "pbrt": f'maxdepth" [ {bounces} ]',
+            "gltf": f'"bounces": {bounces}',
+        }
+        assert said[suffix] in text
+
+
+def test_export_overwrites_what_it_wrote_and_nothing_else(tmp_path: Path) -> None:
+    def export(*arguments: str | Path) -> Any:
+        return invoke("export", "furnace-mesh", "--out", *arguments)
+
+    xml, mesh = tmp_path / "x.xml", tmp_path / "x-0.ply"
+    mesh.write_text("a mesh of my own")
+    for _ in range(2):
+        result = export(xml)
+        assert result.exit_code == 2
+        assert "x-0.ply is there already" in flat(result.output)
+    assert [path.name for path in tmp_path.iterdir()] == ["x-0.ply"]
+    assert mesh.read_text() == "a mesh of my own"
+    mesh.unlink()
+    assert export(xml).exit_code == 0
+    assert export(xml, "--size", "4x4").exit_code == 0, "it is ours"
+    xml.write_text("<scene/>")
+    assert export(xml).exit_code == 2
+    (tmp_path / "d.xml").mkdir()
+    assert export(tmp_path / "d.xml").exit_code == 2
+
+
+def test_a_scene_of_ones_own_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    scene = Path("room.json")
+    scene.write_bytes(library.case("furnace-box").scene.to_json())
+    content = scene.read_bytes()
+    assert invoke("export", scene).exit_code == 0, "the same again does no harm"
+    result = invoke("export", scene, "--channel", "1")
+    assert result.exit_code == 2
+    assert "room.json is there already, and may be your own: give another name" in flat(result.output)
+    assert scene.read_bytes() == content
 
 
 def test_one_channel_of_a_scene(tmp_path: Path) -> None:

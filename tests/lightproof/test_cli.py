@@ -6,6 +6,7 @@ import dataclasses
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -22,7 +23,7 @@ from typer.testing import CliRunner
 from comparisons.relations import RELATIONS
 from comparisons.relations.relation import Exact, Told
 from lightproof.cli import app, main
-from lightproof.terminal import show_verdicts
+from lightproof.terminal import show_rows, show_verdicts
 from scenes import library
 from scenes.formats import exr
 
@@ -217,15 +218,37 @@ def test_a_new_run_leaves_nothing_of_the_old_one(tmp_path: Path) -> None:
 
 
 def test_a_narrow_terminal_gets_a_list() -> None:
-    narrow, wide = (Console(width=width, file=io.StringIO()) for width in (40, 200))
+    tiny, narrow, wide = (Console(width=width, file=io.StringIO()) for width in (30, 60, 200))
     shown = {"verdict": "pass", "bias": 0.001, "interval": (-0.001, 0.003), "decided_by": "image"}
     bounces = [SimpleNamespace(bounce=k, **shown) for k in range(6)]
     comparison = SimpleNamespace(case="furnace-box", renderer="mitsuba", verdict="pass", bounces=bounces)
     outcome: Any = SimpleNamespace(comparisons=[comparison], relations=[])
-    for out in (narrow, wide):
+    for out in (tiny, narrow, wide):
         show_verdicts(out, outcome)
-    assert "T⁵E +0.10±0.20" in narrow.file.getvalue()
+        assert "The only comparison passed." in out.file.getvalue()
+    assert "T⁵E +0.10±0.20" in tiny.file.getvalue()
+    assert "furnace-box × mitsuba: pass\n" in narrow.file.getvalue()
+    assert re.search(r"  E \+0.10±0.20 +TE \+0.10±0.20 +T²E \+0.10±0.20 *\n", narrow.file.getvalue())
     assert "furnace-box   mitsuba    pass" in wide.file.getvalue()
+
+
+def test_where_nothing_was_compared_there_is_no_bounce_to_show() -> None:
+    out = Console(width=20, file=io.StringIO())
+    comparison = SimpleNamespace(case="furnace-box", renderer="mitsuba", verdict="unsupported", bounces=[])
+    outcome: Any = SimpleNamespace(comparisons=[comparison])
+    show_verdicts(out, outcome)
+    assert flat(out.file.getvalue()) == "furnace-box × mitsuba: unsupported Nothing was compared."
+
+
+@pytest.mark.parametrize("width", [60, 80, 120, 200])
+def test_lists_cut_no_name(width: int) -> None:
+    out = Console(width=width, file=io.StringIO())
+    row = {"name": "a-case-of-a-rather-long-name", "title": "What it is", "max_bounces": ""}
+    show_rows(out, [row, {**row, "name": "other", "max_bounces": "7"}])
+    text = out.file.getvalue()
+    assert "a-case-of-a-rather-long-name  " in text
+    assert "What it is" in text
+    assert "max_bounces" in text if width == 200 else "    max bounces 7" in text
 
 
 def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path, processes: Any) -> None:

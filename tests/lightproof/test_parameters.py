@@ -5,19 +5,28 @@ from dataclasses import replace
 import pytest
 import typer
 
-from lightproof.parameters import check_bounces, percent, size
+from lightproof.parameters import check_bounces, percents, size
 from scenes import library
 
 
-@pytest.mark.parametrize(("text", "value"), [("0.5%", 0.005), ("0.005", 0.005), ("2 %", 0.02), (None, None)])
-def test_percent(text: str | None, value: float | None) -> None:
-    assert percent(text, "--tolerance") == value
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("0.5%", (0.005,)),
+        ("0.005", (0.005,)),
+        ("2 %", (0.02,)),
+        ("0.2%, 0.5%,0.01", (0.002, 0.005, 0.01)),
+        (None, None),
+    ],
+)
+def test_percents(text: str | None, values: tuple[float, ...] | None) -> None:
+    assert percents(text, "--tolerance") == values
 
 
-@pytest.mark.parametrize("text", ["", "%", "0%", "-1", "nan", "inf%", "1%%"])
-def test_no_percent(text: str) -> None:
+@pytest.mark.parametrize("text", ["", "%", "0%", "-1", "nan", "inf%", "1%%", "1%,", "1%,0%"])
+def test_no_percents(text: str) -> None:
     with pytest.raises(typer.BadParameter, match="expected a share above 0"):
-        percent(text, "--tolerance")
+        percents(text, "--tolerance")
 
 
 @pytest.mark.parametrize(("text", "value"), [("64x48", (64, 48)), ("1×2", (1, 2)), (None, None)])

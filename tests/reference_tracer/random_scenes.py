@@ -49,7 +49,7 @@ class Draw:
     """Draws parts of scenes."""
 
     def __init__(self, *seed: int) -> None:
-        self.rng = np.random.default_rng(seed)
+        self.rng, self.more = np.random.default_rng(seed), np.random.default_rng((*seed, 1))
         self.channels = int(self.rng.integers(1, 4))
 
     def number(self, low: float, high: float) -> float:
@@ -115,8 +115,13 @@ class Draw:
         if emits:
             zoned = isinstance(shape, Sphere) and self.happens(0.5)
             zone = PolarRange(self.number(0, 70), self.number(100, 180), self.point()) if zoned else None
-            emission = AreaLight(self.values(0.5, 3), zone)
+            emission = AreaLight(self.values(0.5, 3), zone, self.profile())
         return Surface(name, shape, material, emission, self.happens(0.4) and not has_dielectric(material))
+
+    def profile(self) -> Any:
+        """Nothing, or factors at two to five cosines."""
+        rows = self.more.uniform(0.3, 2, (self.more.integers(2, 6), self.channels))
+        return rows.tolist() if self.more.random() < 0.4 else None
 
     def lights(self) -> list[Light]:
         axes = np.linalg.qr(self.rng.normal(size=(3, 3)))[0].tolist()

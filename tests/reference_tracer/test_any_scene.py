@@ -173,6 +173,7 @@ def random_points(scene: Scene, rng: np.random.Generator) -> tuple[RayCaster, Po
 def test_densities_of_emitters() -> None:
     """A direction that next event has chosen has the same density and radiance when chance finds it."""
     kinds: set[str] = set()
+    profiles = 0
     for seed in range(300):
         scene, rng = random_scene(seed), np.random.default_rng(seed)
         emitters = Emitters(scene)
@@ -186,9 +187,13 @@ def test_densities_of_emitters() -> None:
         free = np.flatnonzero(met.primitive == light.primitive)
         points, light, met = points[free], light[free], met[free]
         np.testing.assert_allclose(emitters.pdf(points, met, light.wi), light.pdf, rtol=1e-6)
-        np.testing.assert_allclose(emitters.Le(met, -light.wi), light.Li, rtol=1e-12)
+        # where a profile makes it depend on the angle, it is as exact as that is where a ray grazes
+        profiled = any(s.emission is not None and s.emission.angular_profile for s in scene.surfaces)
+        np.testing.assert_allclose(emitters.Le(met, -light.wi), light.Li, rtol=1e-5 if profiled else 1e-12)
+        profiles += profiled
         kinds |= {type(scene.surfaces[i].shape).__name__ if i >= 0 else "sky" for i in met.surface}
     assert kinds == {"Quad", "Disk", "Sphere", "Ellipsoid", "Mesh", "sky"}
+    assert profiles > 50
 
 
 def test_densities_of_reflection() -> None:

@@ -23,6 +23,8 @@ SMOOTH: list[tuple[str, int, tuple[float, ...]]] = [
     ("glass-ball", 2048, (0, 0.003, 0.002, 0.01, 0.07)),
     ("inside-glass", 1024, (0, 0.002, 0.015, 0.1)),
     ("lamp-under-water", 256, (0, 0.003, 0)),
+    ("snells-window", 256, (0, 0.003, 0)),
+    ("cie-171-glass", 1024, (0, 0, 0.002, 0, 0.1)),
 ]
 GLOSSY: list[tuple[str, Strategy, float]] = [
     ("rough-metal-sky", "nee", 0.005),

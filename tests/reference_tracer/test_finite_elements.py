@@ -12,6 +12,7 @@ import pytest
 from reference_tracer.elements.form_factors import DenseBlock, point_to_polygon
 from reference_tracer.elements.meshing import Sight, UnsupportedSceneError, meshed
 from reference_tracer.finite_elements import FormFactors, SingularTransportError, Solution, solve
+from reference_tracer.precomputed_transfer import precompute
 from reference_tracer.random_walk import render
 from scenes import AreaLight, Lambertian, Pinhole, Quad, Scene, Surface, box
 from scenes.library import case
@@ -271,6 +272,15 @@ def test_other_shapes_are_refused() -> None:
         UnsupportedSceneError, match="surface 'sphere': its shape is a Sphere, expected a Quad"
     ):
         solve(case("furnace-sphere").scene, 1)
+
+
+def test_angular_profiles_are_refused() -> None:
+    light = AreaLight((1.0,), angular_profile=((1.0,), (2.0,)))
+    walls = box("room", (0.0, 0.0, 0.0), CUBE, GRAY, inward=True, emission=light)
+    with pytest.raises(UnsupportedSceneError, match=r"surface 'room\.left' has an angular profile"):
+        solve(Scene(walls, CAMERA), 1)
+    with pytest.raises(UnsupportedSceneError, match="angular profile"):
+        precompute(Scene(walls, CAMERA), 1, 2)
 
 
 @pytest.mark.parametrize(

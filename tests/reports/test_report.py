@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import html.parser
+import io
 import re
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +14,11 @@ import msgspec
 import numpy as np
 import OpenImageIO
 import pytest
+from PIL import Image
 
 import reports
 from comparisons.results import Results, ResultsError, write
-from reports.html import web_link
+from reports.html import FEW, web_link
 from scenes.formats import exr
 
 
@@ -191,6 +195,81 @@ def test_large_images_are_averaged(results: Results, tmp_path: Path) -> None:
     assert [image["width"] for image in page.all("img")].count("200") == 2 * 6
 
 
+VISIBLE = tuple(range(380, 781, 10))
+
+
+def equal_energy(folder: Path, wavelengths: tuple[int, ...] | None = VISIBLE) -> None:
+    """Give the spectral comparison images of the same radiance at every wavelength: 1, then none."""
+    mean = np.stack([np.ones((8, 8, 41)), np.zeros((8, 8, 41))])
+    exr.write_bounces(folder / "five.truth.exr", mean, wavelengths=VISIBLE)
+    exr.write_bounces(folder / "five.renderer.exr", 1.1 * mean, wavelengths=wavelengths)
+
+
+def test_spectra_are_shown_in_colour(results: Results, tmp_path: Path) -> None:
+    equal_energy(tmp_path)
+    page = rendered(tmp_path)
+    assert "Truth and renderer show 41 wavelengths" in page.text
+    assert "grey mean" not in page.text
+    # of E on both sides, E in the first sum and E + TE in the second; TE has no light, and so no chromaticity
+    assert page.text.count("x 0.333, y 0.333") == 6
+    [source] = {str(image["src"]) for image in page.all("img") if image["alt"] == "E, truth, exposure ×0.66"}
+    picture = Image.open(io.BytesIO(base64.b64decode(source.partition(",")[2])))
+    # equal energy is XYZ = (1, 1, 1), so linear sRGB is what the rows of IEC 61966-2-1's matrix add up to
+    linear = 0.66 * np.array([1.2048, 0.9483, 0.9087])
+    np.testing.assert_allclose(
+        picture.convert("RGB").getpixel((3, 3)), 255 * (1.055 * linear ** (1 / 2.4) - 0.055), atol=1
+    )
+
+
+@pytest.mark.parametrize("wavelengths", [None, tuple(range(385, 786, 10))], ids=["none", "others"])
+def test_two_sides_of_different_wavelengths_are_not_compared(
+    results: Results, tmp_path: Path, wavelengths: tuple[int, ...] | None
+) -> None:
+    equal_energy(tmp_path, wavelengths)
+    assert "The channels of the two files are different wavelengths." in rendered(tmp_path).text
+
+
+def many(results: Results, folder: Path) -> None:
+    """A run of each comparison twice."""
+    write(msgspec.structs.replace(results, comparisons=results.comparisons * 2), folder)
+
+
+def sections(page: Page) -> dict[str, bool]:
+    """Their names, and whether they are open."""
+    return {
+        str(section["id"]): "open" in details
+        for (name, section), (_, details) in pairwise(page.tags)
+        if name == "section"
+    }
+
+
+def test_few_sections_are_open_and_of_many_those_that_did_not_pass(results: Results, tmp_path: Path) -> None:
+    assert len(results.comparisons) == FEW
+    few = rendered(tmp_path)
+    assert all(sections(few).values())
+    assert few.all("nav") == []
+    many(results, tmp_path)
+    page = rendered(tmp_path)
+    passes = [
+        f"comparison-{i}" for i, c in enumerate(results.comparisons * 2, start=1) if c.verdict == "pass"
+    ]
+    assert len(passes) == 2
+    assert sections(page) == {f"comparison-{i}": f"comparison-{i}" not in passes for i in range(1, 13)}
+    assert len(page.all("nav")) == 1
+
+
+def test_the_index_has_every_comparison_once_and_fails_first(results: Results, tmp_path: Path) -> None:
+    many(results, tmp_path)
+    reports.render(tmp_path)
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    index = Page(text[text.index("<nav") : text.index("</nav>")])
+    links = [str(a["href"]) for a in index.all("a")]
+    assert sorted(links) == sorted(f"#comparison-{i}" for i in range(1, 13))
+    assert links[:2] == ["#comparison-2", "#comparison-8"]
+    assert links[-2:] == ["#comparison-1", "#comparison-7"]
+    assert "furnace mitsuba" in index.text, "renderers are named where there are several"
+
+
 def test_an_empty_run_is_no_pass(results: Results, tmp_path: Path) -> None:
     write(msgspec.structs.replace(results, comparisons=[]), tmp_path)
     page = rendered(tmp_path)
@@ -211,6 +290,24 @@ def test_in_a_browser(results: Results, tmp_path: Path, open_report: Any, option
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
     page.locator(".verdicts td a.fail").first.click()
     assert page.url.endswith("#comparison-2")
+
+
+@pytest.mark.browser
+def test_a_link_opens_its_section_and_draws_its_plots(
+    results: Results, tmp_path: Path, open_report: Any
+) -> None:
+    many(results, tmp_path)
+    path, _ = reports.render(tmp_path)
+    page = open_report(path)
+    plots = page.locator("#comparison-7 .plot canvas")
+    assert not page.locator("#comparison-7 .finding").is_visible()
+    assert plots.count() == 0
+    page.locator("nav a[href='#comparison-7']").click()
+    assert page.locator("#comparison-7 .finding").is_visible()
+    plots.first.wait_for(state="attached")
+    page.goto(f"{path.resolve().as_uri()}#comparison-1")
+    page.reload()
+    assert page.locator("#comparison-1 .finding").is_visible()
 
 
 @pytest.mark.browser

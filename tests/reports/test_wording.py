@@ -29,7 +29,15 @@ def test_numbers(value: float, text: str) -> None:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.013, "1.3 %"), (0, "0.00 %"), (-0.04, "−4.0 %"), (0.00001, "0.0010 %"), (25, "2,500 %")],
+    [
+        (0.013, "1.3 %"),
+        (0, "0 %"),
+        (1e-16, "0 %"),
+        (-0.04, "−4.0 %"),
+        (0.00001, "0.0010 %"),
+        (-1e-7, "−1.0×10⁻⁵ %"),
+        (25, "2,500 %"),
+    ],
 )
 def test_percentages(value: float, text: str) -> None:
     assert quantities.percent(value) == text
@@ -40,6 +48,23 @@ def test_a_bias_has_the_digits_of_its_interval() -> None:
     assert quantities.bias(-0.2, (-0.5, 0.1)) == "−20 ± 30 %"
     assert quantities.bias(-1e-9, (-0.01, 0.01)) == "+0.0 ± 1.0 %"
     assert quantities.interval((-0.004, 0.012)) == "−0.40 to +1.20 %"
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "bias", "interval"),
+    [
+        (0.0, 0.0, "0 (exact)", "0 to 0 %"),
+        (-2e-8, 1e-17, "0 (exact)", "0 to 0 %"),  # as two sides in 32 bits differ
+        (0.0037, 0.0, "+0.37 ± 0 %", "+0.37 to +0.37 %"),
+        (-3.3e-5, 1e-9, "−0.0033 ± 0 %", "−0.0033 to −0.0033 %"),
+        (0.0, 1e-6, "+0.0000 ± 0.0001 %", "−0.0001 to +0.0001 %"),
+        (2e-7, 0.003, "+0.00 ± 0.30 %", "−0.30 to +0.30 %"),
+    ],
+)
+def test_without_noise_no_digits_are_made_up(value: float, half: float, bias: str, interval: str) -> None:
+    ends = (value - half, value + half)
+    assert quantities.bias(value, ends) == bias
+    assert quantities.interval(ends) == interval
 
 
 def test_terms_and_sums() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -104,3 +105,14 @@ def test_every_case_answers_for_its_own_scene(name: str) -> None:
     assert found.derivation
     assert found.blind_to
     assert truth.stderr.any() == (found.answer.kind == "estimated")
+
+
+@pytest.mark.parametrize(
+    ("wavelengths", "complaint"),
+    [((400.0, 500.0), "3 channels, expected one per wavelength: 2"), ((400.0, 500.0, 700.0), "equal steps")],
+)
+def test_wavelengths_must_be_those_of_the_channels(wavelengths: tuple[float, ...], complaint: str) -> None:
+    rgb = case("furnace-box")
+    assert replace(rgb, wavelengths=(450.0, 550.0, 650.0)).wavelengths
+    with pytest.raises(ValueError, match=complaint):
+        replace(rgb, wavelengths=wavelengths)

@@ -30,7 +30,7 @@ def test_each_part_is_named_once() -> None:
                 "a", Mesh(corners, [(0, 1, 2)], normals=[(0, 0, 1)] * 3), Lambertian((0.5,)), two_sided=True
             ),
             Surface("b", Sphere((0, 0, 5), 1, inward=True), Blend(chequers, Dielectric(1.5), 0.5)),
-            Surface("c", Sphere((0, 9, 5), 1), chequers, AreaLight((1,), PolarRange(0, 30))),
+            Surface("c", Sphere((0, 9, 5), 1), chequers, AreaLight((1,), PolarRange(0, 30), ((1,), (2,)))),
             Surface("d", Quad((0, 0, -1), (1, 0, 0), (0, 1, 0)), chequers, AreaLight((0,))),
         ),
         RadianceMeter((0, 0, 3), (0, 0, -1)),
@@ -49,6 +49,7 @@ def test_each_part_is_named_once() -> None:
         "two_sided",
         "area",
         "polar_range",
+        "angular_profile",
         "point",
         "radiance_meter",
         "1 channel",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenes.form_factors import parallel_exchange, perpendicular_exchange
+from scenes.form_factors import parallel_exchange, perpendicular_exchange, solid_angles
 
 UNIT = np.array([0.0, 1.0])
 
@@ -64,3 +64,22 @@ def test_cells_add_up() -> None:
         cells, [[whole]] = exchange(x, y, XI, ETA, *more), exchange(UNIT, UNIT, XI, ETA, *more)
         assert cells.sum() == pytest.approx(whole, rel=1e-12)
         assert (cells > 0).all()
+
+
+def test_the_faces_of_a_cube_from_its_middle() -> None:
+    half = np.array([-1.0, 1.0])
+    [[angle]] = solid_angles(half, half, 1.0)
+    assert angle == pytest.approx(4 * np.pi / 6, rel=1e-14)
+
+
+def test_solid_angles_by_quadrature() -> None:
+    """∫∫ z / d³ over each cell, which is cos θ / d²."""
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    found = solid_angles(X - 0.5, Y, 0.6)
+    for i, j in np.ndindex(2, 2):
+        x = X[j] - 0.5 + (X[j + 1] - X[j]) * (nodes + 1) / 2
+        y = Y[i] + (Y[i + 1] - Y[i]) * (nodes + 1) / 2
+        kernel = 0.6 / (x**2 + y[:, None] ** 2 + 0.6**2) ** 1.5
+        area = (X[j + 1] - X[j]) * (Y[i + 1] - Y[i])
+        assert found[i, j] == pytest.approx(weights @ kernel @ weights * area / 4, rel=1e-12)
+    assert solid_angles((X - 0.5)[::-1], Y, 0.6).sum() == pytest.approx(-found.sum())

@@ -199,7 +199,9 @@ def surfaces(draw: st.DrawFn, name: str, channels: int, emits: bool) -> Surface:
     if not emits:
         return Surface(name, shape, material, None, two_sided)
     zone = draw(zones) if isinstance(shape, Sphere) and draw(st.booleans()) else None
-    return Surface(name, shape, material, AreaLight(draw(numbers_in(channels, 1e4, 0.01)), zone), two_sided)
+    rows = st.lists(numbers_in(channels, 4.0, 0.01), min_size=2, max_size=4)
+    light = AreaLight(draw(numbers_in(channels, 1e4, 0.01)), zone, draw(st.none() | rows))
+    return Surface(name, shape, material, light, two_sided)
 
 
 @st.composite

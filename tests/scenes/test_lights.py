@@ -10,6 +10,7 @@ import pytest
 
 from scenes import (
     Affine,
+    AreaLight,
     ConstantEnvironment,
     DirectionalLight,
     EnvironmentMap,
@@ -20,6 +21,7 @@ from scenes import (
     SphericalHarmonicsEnvironment,
     SpotLight,
 )
+from scenes.channels import single_channel
 from scenes.lights import emits
 
 X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
@@ -55,6 +57,20 @@ def test_channels_and_emission(channels: int) -> None:
     assert [light.channels for light in lights(1.0)] == [channels] * 6
     assert all(map(emits, lights(1e-9)))
     assert not any(map(emits, lights(0.0)))
+
+
+def test_a_profile_may_be_dark_in_a_channel() -> None:
+    assert AreaLight((1.0, 1.0), None, ((0.0, 0.0), (0.0, 2.0))).emits
+    assert not AreaLight((1.0, 0.0), None, ((0.0, 0.0), (0.0, 2.0))).emits
+    light = AreaLight((3.0, 5.0), None, np.array([[0.0, 1.0], [0.0, 2.0]]))
+    assert single_channel(light, 1) == AreaLight((5.0,), None, ((1.0,), (2.0,)))
+    assert single_channel(light, 0) == AreaLight((0.0,))
+
+
+def test_radiance_that_formulas_may_take_to_be_diffuse() -> None:
+    assert AreaLight((3.0, 5.0)).diffuse_radiance == (3.0, 5.0)
+    with pytest.raises(SceneError, match="the same in every direction"):
+        AreaLight((1.0,), None, ((1.0,), (1.0,))).diffuse_radiance  # noqa: B018
 
 
 def test_directions_are_normalised() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenes.spectral import chromaticity, colour, illuminant, to_rgb, to_xyz
+from scenes.spectral import chromaticity, colour, illuminant, linear_srgb, to_rgb, to_xyz
 
 VISIBLE = tuple(range(380, 781, 5))
 
@@ -26,6 +26,16 @@ def test_the_chromaticities_of_illuminants(name: str, x: float, y: float) -> Non
     np.testing.assert_allclose(found, (x, y), atol=1e-4)
 
 
+@pytest.mark.parametrize("step", [1, 5, 8])
+def test_colour_science_s_own_integration_agrees(step: int) -> None:
+    wavelengths, rng = tuple(range(404, 701, step)), np.random.default_rng(0)
+    radiance = rng.random((2, 4, len(wavelengths)))
+    shape = colour.SpectralShape(404, wavelengths[-1], step)
+    cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
+    expected = colour.msds_to_XYZ(radiance, cmfs=cmfs, method="Integration", shape=shape) / 100
+    np.testing.assert_allclose(to_xyz(radiance, wavelengths), expected, rtol=1e-9)
+
+
 def test_it_is_the_sum_over_the_matching_functions() -> None:
     wavelengths, rng = tuple(range(404, 701, 8)), np.random.default_rng(0)
     radiance = rng.random((4, len(wavelengths)))
@@ -34,6 +44,16 @@ def test_it_is_the_sum_over_the_matching_functions() -> None:
     np.testing.assert_allclose(
         to_xyz(radiance, wavelengths), radiance @ matching / matching[:, 1].sum(), rtol=1e-9
     )
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 40, 400])
+def test_any_number_of_steps(count: int) -> None:
+    """And any wavelengths; at 555 nm the published x̄, ȳ, z̄ are 0.5121, 1, 0.0057."""
+    wavelengths = np.linspace(400, 710, count)
+    assert to_xyz(np.ones(count), wavelengths)[1] == pytest.approx(1)
+    single = (555 - 1e-3, 555.0)
+    found = to_xyz(np.array([0.0, 2.0]), single)
+    np.testing.assert_allclose(found, np.array([0.5121, 1.0, 0.0057]), atol=2e-4)
 
 
 def test_srgb() -> None:
@@ -46,6 +66,17 @@ def test_srgb() -> None:
     spectral_green = np.zeros(len(VISIBLE))
     spectral_green[VISIBLE.index(520)] = 1
     assert to_rgb(to_xyz(spectral_green, VISIBLE)).min() < 0
+
+
+def test_daylight_is_white() -> None:
+    white = linear_srgb(illuminant("D65", VISIBLE), VISIBLE)
+    np.testing.assert_allclose(white / white[1], [1, 1, 1], atol=2e-3)
+
+
+def test_what_is_not_finite_stays_so() -> None:
+    radiance = np.ones((3, len(VISIBLE)))
+    radiance[1, 7], radiance[2, 9] = np.nan, np.inf
+    assert np.isfinite(linear_srgb(radiance, VISIBLE)).all(axis=-1).tolist() == [True, False, False]
 
 
 def test_no_light_has_no_chromaticity() -> None:

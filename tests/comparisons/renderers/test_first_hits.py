@@ -35,6 +35,9 @@ class Reference:
     def first_hits(self, scene: Scene) -> Hits:
         return ReferenceRenderer("mis").first_hits(scene)
 
+    def restart(self) -> None:
+        raise AssertionError
+
 
 class Mitsuba(Reference):
     def __init__(self, process: RendererProcess) -> None:

@@ -11,7 +11,6 @@ import pytest
 
 from comparisons.renderers import Unsupported
 from comparisons.renderers.mitsuba import MitsubaRenderer
-from comparisons.renderers.mitsuba_scene import zone_texture
 from reference_tracer.random_walk import render
 from scenes import (
     AreaLight,
@@ -234,6 +233,13 @@ def test_more_bounces_do_not_change_the_first(mitsuba: MitsubaRenderer) -> None:
     )
 
 
+def test_the_same_seed_gives_the_same_image() -> None:
+    """Also in another process: the order of 24 emitters does not depend on where they lie in memory."""
+    view = library.case("furnace-cornell").scene.resized(6, 6)
+    first, second = (MitsubaRenderer("scalar_rgb").render(view, [1], 2, 7) for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
 @pytest.mark.parametrize(
     ("view", "feature"),
     [
@@ -265,6 +271,7 @@ MISSING: dict[str, dict[str, Any]] = {
         "emission": TILTED,
     },
     "emission from both sides": {"emission": AreaLight((1.0, 2.0, 4.0)), "two_sided": True},
+    "angular profile": {"emission": AreaLight((1.0, 2.0, 4.0), None, ((1, 1, 1), (2, 2, 2)))},
     "correlated shadowing": {"material": RoughConductor(*METAL, 0.1)},
     "a correlated shadowing|correlated": {"material": Blend(GREY, RoughDielectric(0.1), 0.5)},
     "spherical_harmonics light": {"lights": (SphericalHarmonicsEnvironment(((1.0, 1.0, 1.0),)),)},
@@ -283,15 +290,6 @@ def test_what_mitsuba_does_not_have_is_named(mitsuba: MitsubaRenderer, feature: 
     changed = msgspec.structs.replace(view, surfaces=surfaces, **on_scene)
     with pytest.raises(Unsupported, match=feature):
         mitsuba.render(changed, [0], 1, 0)
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "steps", "lit"), [(0, 45, 4, [0]), (60, 120, 3, [1]), (20, 60, 9, [1, 2])]
-)
-def test_zone_texture(low: float, high: float, steps: int, lit: list[int]) -> None:
-    texture = zone_texture(AreaLight((1.0, 2.0, 4.0), PolarRange(low, high)))
-    assert texture.shape == (steps, 1, 3)
-    assert [i for i in range(steps) if texture[i].any()] == lit
 
 
 class Consecutive:

@@ -14,8 +14,6 @@ import pytest
 from numpy.typing import NDArray
 
 from comparisons.renderers.mitsuba import MitsubaRenderer
-from comparisons.renderers.mitsuba_scene import environment_rows
-from reference_tracer.emitters.environments import LatitudeLongitudeMap
 from reference_tracer.random_walk import render
 from scenes import (
     AreaLight,
@@ -284,18 +282,6 @@ def test_an_environment_map(mitsuba: MitsubaRenderer, size: tuple[int, int], mir
         np.testing.assert_allclose(theirs, ours, rtol=1e-6)
     else:
         assert_same(mitsuba, [], [light], rays, 0, rtol=2e-4)
-
-
-def test_rows_of_an_environment_map_are_the_same_map() -> None:
-    """Linear from one row to the next, at equal steps of the polar angle from pole to pole."""
-    ours = EnvironmentMap(image(3, 4))
-    rows = environment_rows(ours.image.array)
-    assert rows.shape == (7, 4, 3)
-    theta = np.linspace(1e-9, np.pi - 1e-9, 61)
-    phi = 2 * np.pi * 2.5 / 4
-    d = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-    expected = [np.interp(theta, np.linspace(0, np.pi, 7), rows[:, 2, c]) for c in range(3)]
-    np.testing.assert_allclose(LatitudeLongitudeMap(ours, 1.0).radiance(d), expected, rtol=1e-12)
 
 
 def test_a_constant_environment(mitsuba: MitsubaRenderer) -> None:

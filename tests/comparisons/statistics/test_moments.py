@@ -25,6 +25,12 @@ def test_any_split_gives_the_moments_of_the_whole(replicates: np.ndarray, data: 
     scale = max(1.0, float(np.abs(replicates).max()))
     np.testing.assert_allclose(whole.mean, replicates.mean(axis=0), atol=1e-12 * scale)
     np.testing.assert_allclose(whole.variance, replicates.var(axis=0, ddof=1), atol=1e-11 * scale**2)
+    at_once = Moments.of_all(replicates)
+    np.testing.assert_allclose(at_once.m2, whole.m2, atol=1e-11 * scale**2)
+    np.testing.assert_allclose(at_once.m3, whole.m3, atol=1e-10 * scale**3)
+    np.testing.assert_allclose(at_once.m4, whole.m4, atol=1e-9 * scale**4)
+    np.testing.assert_array_equal(whole.lowest, replicates.min(axis=0))
+    np.testing.assert_array_equal(whole.highest, replicates.max(axis=0))
 
 
 def test_a_large_offset_does_not_cancel() -> None:
@@ -41,3 +47,10 @@ def test_one_replicate_has_no_spread() -> None:
 def test_replicates_of_different_shapes_are_refused() -> None:
     with pytest.raises(ValueError, match=r"shape \(2,\) can't take some of shape \(3,\)"):
         Moments.of(np.ones(2)) + Moments.of(np.ones(3))
+
+
+def test_dominance_is_the_share_of_the_one_furthest_off() -> None:
+    replicates = np.array([[0.0, 1.0, 5.0], [0.0, 1.0, 5.0], [9.0, 2.0, 5.0], [0.0, 0.0, 5.0]])
+    # deviations: −2.25 thrice and 6.75; 0 twice, 1, −1; none
+    expected = [6.75**2 / (6.75**2 + 3 * 2.25**2), 0.5, 0.0]
+    np.testing.assert_allclose(Moments.of_all(replicates).dominance, expected)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass, field
+import hashlib
+import runpy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,8 @@ from scenes import (
     library,
     transformed,
 )
-from scenes.formats.export import UnsupportedFeatureError
+from scenes.channels import single_channel
+from scenes.formats.export import Source, UnsupportedFeatureError
 from scenes.formats.pbrt_v4 import pbrt_v4
 
 GREY, BLACK = Lambertian((0.5, 0.5, 0.5)), Lambertian((0.0, 0.0, 0.0))
@@ -56,94 +58,13 @@ def one(shape: Any = WALL, material: Any = GREY, *lights: Any, sensor: Any = CAM
     return Scene((Surface("it", shape, material, **options),), sensor, lights or (LIGHT,))
 
 
-# ---- a reader
+# ---- the reader
 
-TOKEN = re.compile(r'#[^\n]*|"[^"]*"|\[|\]|[^\s\[\]"]+')
-
-
-@dataclass
-class Read:
-    """A directive with what held where it stood."""
-
-    name: str
-    types: list[str]
-    parameters: dict[str, Any]
-    matrix: Any
-    state: dict[str, Any] = field(default_factory=dict)
+reader = runpy.run_path(str(Path(__file__).with_name("pbrt_reader.py")))
+Read, read = reader["Read"], reader["read"]
 
 
-@dataclass
-class Directive:
-    """A name and all that follows it."""
-
-    name: str
-    numbers: list[float] = field(default_factory=list)
-    types: list[str] = field(default_factory=list)
-    parameters: dict[str, Any] = field(default_factory=dict)
-
-
-def parse(text: str) -> list[Directive]:
-    tokens = iter([t for t in TOKEN.findall(text) if not t.startswith("#")])
-    found: list[Directive] = []
-    for token in tokens:
-        if re.fullmatch(r"[A-Z][A-Za-z]+", token):
-            found.append(Directive(token))
-        elif token.startswith('"') and " " in token:
-            assert next(tokens) == "["
-            found[-1].parameters[token.strip('"')] = [value(t) for t in iter(lambda: next(tokens), "]")]
-        elif token.startswith('"'):
-            found[-1].types.append(token.strip('"'))
-        elif token not in "[]":
-            found[-1].numbers.append(float(token))
-    return found
-
-
-def read(text: str) -> list[Read]:
-    """Directives that make something, with the transformation and the state that held there."""
-    found: list[Read] = []
-    matrix, state, stack = np.eye(4), dict[str, Any](), list[Any]()
-    for d in parse(text):
-        match d.name:
-            case "Transform":
-                matrix = np.reshape(d.numbers, (4, 4)).T
-            case "Scale":
-                matrix = matrix @ np.diag([*d.numbers, 1])
-            case "LookAt":
-                matrix = matrix @ look_at(*np.reshape(d.numbers, (3, 3)))
-            case "WorldBegin":
-                matrix, state = np.eye(4), {}
-            case "AttributeBegin":
-                stack.append((matrix, state))
-            case "AttributeEnd":
-                matrix, state = stack.pop()
-            case "ReverseOrientation":
-                state = state | {"reversed": not state.get("reversed", False)}
-            case _:
-                made = Read(d.name, d.types, d.parameters, matrix, state)
-                found.append(made)
-                # a named material under its name, the others under that of their directive
-                state = state | {d.types[0] if d.name == "MakeNamedMaterial" else d.name: made}
-    assert not stack
-    return found
-
-
-def value(token: str) -> Any:
-    if token in ("true", "false"):
-        return token == "true"
-    return token.strip('"') if token.startswith('"') else float(token)
-
-
-def look_at(eye: Any, target: Any, up: Any) -> Any:
-    """World to camera; pbrt's camera has x = up × view, left-handed."""
-    view = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(up / np.linalg.norm(up), view)
-    right /= np.linalg.norm(right)
-    camera = np.eye(4)
-    camera[:3] = np.stack([right, np.cross(view, right), view, eye], axis=1)
-    return np.linalg.inv(camera)
-
-
-def only(text: str, name: str) -> Read:
+def only(text: str, name: str) -> Any:
     [found] = [r for r in read(text) if r.name == name]
     return found
 
@@ -161,6 +82,24 @@ def corners(shape: Read) -> Any:
     assert np.array_equal(shape.matrix, np.eye(4))
     assert not shape.state.get("reversed")
     return points[np.reshape(shape.parameters["integer indices"], (-1, 3)).astype(int)]
+
+
+def test_every_case_is_read_or_refused() -> None:
+    """As it is and channel by channel; what is read has all surfaces and lights."""
+    written_of = dict.fromkeys(library.CASES, 0)
+    for name in library.CASES:
+        scene = library.case(name).scene
+        for part in (scene, *(single_channel(scene, channel) for channel in range(min(scene.channels, 3)))):
+            try:
+                text = pbrt_v4(part, name).content.decode()
+            except UnsupportedFeatureError:
+                continue
+            found = [r.name for r in read(text)]
+            assert found.count("Shape") == len(scene.surfaces)
+            assert found.count("LightSource") == len(scene.lights)
+            assert found.count("AreaLightSource") == sum(s.emits for s in part.surfaces)
+            written_of[name] += 1
+    assert sum(count > 0 for count in written_of.values()) >= 30
 
 
 @pytest.mark.parametrize("name", ["furnace-box"])
@@ -222,15 +161,15 @@ def test_disks(axes: Any) -> None:
 
 def test_a_mesh_is_a_file() -> None:
     points = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 0.3)]
-    mesh = Mesh(points, [(0, 1, 2)], normals=[(0.1, -1.0, 0.0)] * 3)  # type: ignore[arg-type]
+    mesh = Mesh(points, [(0, 1, 2)], uv=[(0.1, 0.2)] * 3)  # type: ignore[arg-type]
     export = pbrt_v4(one(mesh), "it")
     made = only(export.content.decode(), "Shape")
     assert made.types == ["plymesh"]
     [file] = made.parameters["string filename"]
     header, _, body = export.files[file].partition(b"end_header\n")
     assert b"element vertex 3\n" in header
-    assert np.array_equal(np.frombuffer(body[:144], "<f8").reshape(3, 6)[:, :3], points)
-    assert np.frombuffer(body[145:], "<i4").tolist() == [0, 1, 2]
+    assert np.array_equal(np.frombuffer(body[:120], "<f8").reshape(3, 5)[:, :3], points)
+    assert np.frombuffer(body[121:], "<i4").tolist() == [0, 1, 2]
 
 
 # ---- cameras
@@ -323,6 +262,43 @@ def test_a_blend_of_blends() -> None:
     assert fourth.parameters["float roughness"] == [0.2]
 
 
+def test_names_of_materials_are_used_once() -> None:
+    """They are global in pbrt: a second surface with a blend must not take those of the first."""
+    blend = Blend(BLACK, Blend(GREY, RoughConductor(**METAL, alpha=0.2), 0.25), 0.75)
+    other = Surface("other", Sphere((5, 0, 0), 1), Blend(GREY, BLACK, 0.5))
+    scene = Scene((Surface("it", Sphere((0, 0, 0), 1), blend), other), CAMERA, (LIGHT,))
+    found = read(written(scene))
+    assert len([r for r in found if r.name == "MakeNamedMaterial"]) == 6
+    last = [r for r in found if r.name == "Shape"][-1].state
+    first, second = (last[name] for name in last["Material"].parameters["string materials"])
+    assert first.parameters["rgb reflectance"] == [0.5] * 3
+    assert second.parameters["rgb reflectance"] == [0] * 3
+
+
+def test_the_film_keeps_all_digits() -> None:
+    film = only(written(one()), "Film")
+    assert film.parameters["bool savefp16"] == [False]
+    assert film.parameters["string filename"] == ["it.exr"]
+
+
+def test_the_header() -> None:
+    scene = one()
+    text = pbrt_v4(scene, 'my "own"', Source("case of mine,\nchannel 1", 3)).content.decode()
+    assert only(text, "Integrator").parameters["integer maxdepth"] == [3]
+    assert only(text, "Film").parameters["string filename"] == ["my__own_.exr"]
+    header = [line for line in text.splitlines() if line.startswith("# ")]
+    assert any(line.endswith("case of mine, channel 1") for line in header)
+    assert any(line.endswith(hashlib.sha256(scene.to_json()).hexdigest()) for line in header)
+    assert any("Bounces 0 to 3: pbrt --spp" in line for line in header)
+
+
+@pytest.mark.parametrize("colour", [(1, 1, 1), (1, 2, 3)])
+def test_a_coloured_light_is_told(colour: tuple[float, ...]) -> None:
+    scene = Scene((Surface("it", WALL, GREY),), CAMERA, (PointLight((0, -2, 0), colour),))
+    assert ("Coloured lights" in written(scene)) == (colour != (1, 1, 1))
+    assert "Coloured lights" not in written(single_channel(scene, 1))
+
+
 def test_lights() -> None:
     lights = (
         PointLight((0, 1, 2), (1, 2, 3)),
@@ -347,6 +323,8 @@ def test_lights() -> None:
 
 # ---- what is refused
 
+CORNERS = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 0.3)]
+
 BEHIND = Surface("behind", Quad((-1, 1, -1), (2, 0, 0), (0, 0, 2)), GREY)
 
 
@@ -363,6 +341,8 @@ def test_backs() -> None:
         assert pbrt_v4(harmless).content
     lamp = one(WALL, GREY, emission=AreaLight((1, 1, 1)), two_sided=True)
     assert only(written(lamp), "AreaLightSource").parameters["bool twosided"] == [True]
+    dark = one(WALL, GREY, emission=AreaLight((0, 0, 0)))
+    assert not [r for r in read(written(dark)) if r.name == "AreaLightSource"]
 
 
 @pytest.mark.parametrize(
@@ -374,6 +354,7 @@ def test_backs() -> None:
         ("separable shadowing", one(WALL, RoughConductor(**METAL, alpha=0.3, shadowing="separable"))),
         ("checkerboard texture", one(WALL, Lambertian(Checkerboard((0.5,) * 3, (0.1,) * 3)))),
         ("emits from a zone", one(Sphere((0, 0, 0), 1), emission=AreaLight((1, 1, 1), PolarRange(0, 90)))),
+        ("angular profile", one(WALL, emission=AreaLight((1, 1, 1), None, ((1, 1, 1), (2, 2, 2))))),
         ("ellipsoid that emits", one(EGG, emission=AreaLight((1, 1, 1)))),
         ("ellipse that emits", one(Disk((0, 0, 0), (1, 0, 0), (0, 0, 2)), emission=AreaLight((1, 1, 1)))),
         (
@@ -382,6 +363,7 @@ def test_backs() -> None:
         ),
         ("environment map", one(WALL, GREY, EnvironmentMap(Image(np.ones((2, 4, 3)))))),  # type: ignore[arg-type]
         ("radiance meter", one(sensor=RadianceMeter((0, -1, 0), (0, 1, 0)))),
+        ("shading normals of it", one(Mesh(CORNERS, [(0, 1, 2)], normals=[(0.1, -1.0, 0.0)] * 3))),  # type: ignore[arg-type]
         ("2 channels", one(WALL, Lambertian((0.0, 0.0)), PointLight((0, -1, 0), (1, 1)))),
     ],
 )

@@ -29,6 +29,7 @@ BY_REFLECTION, camera_rays, distances = (
 )
 
 NAMES = [*direct_light.CASES, *direct_light_of_lights.CASES, *rectangles.CASES]
+NAMES += ["cie-171-point", "cie-171-small-lamp"]
 OBSTRUCTED = ("screened-lamp", "lamp-over-a-wall", "wall-behind-a-shelf")
 SIZE = 32
 PIXELS = [(2, 3), (13, 26), (23, 8)]  # row, column

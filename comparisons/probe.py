@@ -1,0 +1,54 @@
+"""Does a renderer heed its seed? Asked once for each, on a scene that is noisy for sure.
+
+Noise is what intervals are made of: replicates that are all the same image have none, and would prove anything.
+A bounce without variance says nothing about that, since many bounces have none.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.crew import Crew
+from comparisons.renderers import RendererError, RendererFailed, Unsupported, traits
+from scenes import library
+
+_SEEDS = (1_000_003, 2_000_003)
+_TIMEOUT = 120.0
+_BOUNCE = 1
+"""Direct light from a lamp with an extent: a sample of it differs from another one, whatever the strategy."""
+
+
+class Probe:
+    """Asks each renderer once and remembers the answer."""
+
+    def __init__(self, crew: Crew) -> None:
+        self._crew = crew
+        self._heard: dict[str, RendererError | None] = {}
+
+    def complaint(self, name: str) -> RendererError | None:
+        """What is wrong; None if nothing is, or if the renderer declares that it has no noise.
+
+        Args:
+            name: the renderer's full name.
+        """
+        if name not in self._heard:
+            self._heard[name] = None if traits(name).deterministic else self._ask(name)
+        return self._heard[name]
+
+    def _ask(self, name: str) -> RendererError | None:
+        scene = library.case("cornell-box").scene.resized(8, 8)
+        try:
+            one, other = (
+                self._crew.render(name, scene, [_BOUNCE], 1, seed, _TIMEOUT).result() for seed in _SEEDS
+            )
+        except Unsupported:
+            return None  # of this scene; it may well render another one
+        except RendererError as error:
+            return error
+        if np.array_equal(one, other):
+            return RendererFailed(
+                f"takes no notice of its seed: seeds {_SEEDS[0]} and {_SEEDS[1]} give the same image of a scene "
+                "that is noisy (direct light in the Cornell box, one sample per pixel), so its noise can't be "
+                "told from a deviation. Expected: different seeds, independent images"
+            )
+        return None
