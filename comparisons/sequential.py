@@ -10,10 +10,10 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from comparisons.crew import Crew
 from comparisons.regions import Regions
 from comparisons.renderers import Images
 from comparisons.statistics.moments import Moments
@@ -43,7 +43,8 @@ class Job:
         seed: replicate r gets seed + r.
         budget: seconds.
         on_progress: called with the share of the budget that is used.
-        first_look: seconds that the first ``MIN_REPLICATES`` should take.
+        first_look: seconds that the first ``MIN_REPLICATES`` should take, if an eighth of the budget is not less.
+        least_spp: of a replicate, however long they take: few samples, and most of the time is not rendering.
         deterministic: whether it has no noise; two replicates tell all then.
     """
 
@@ -54,7 +55,19 @@ class Job:
     budget: float
     on_progress: Callable[[float], None] = lambda done: None
     first_look: float = FIRST_LOOK
+    least_spp: int = 1
     deterministic: bool = False
+
+
+class Renders(Protocol):
+    """Who renders: a crew, or who asks one."""
+
+    jobs: int
+
+    def render(
+        self, name: str, scene: Scene, bounces: Sequence[int], spp: int, seed: int, timeout: float
+    ) -> Future[Images]:
+        """As ``Crew.render``."""
 
 
 def first_seed(seed: int) -> int:
@@ -71,7 +84,7 @@ class Sampler:
         spp: of each replicate.
     """
 
-    def __init__(self, job: Job, crew: Crew, regions: Regions) -> None:
+    def __init__(self, job: Job, crew: Renders, regions: Regions) -> None:
         """Find out how long the renderer takes.
 
         Raises:
@@ -158,7 +171,7 @@ class Sampler:
             return (first_look * self._crew.jobs / MIN_REPLICATES - asking) / each
 
         wanted = max(affordable(min(self._job.first_look, budget / 8)), asking / each)
-        return int(np.clip(min(wanted, affordable(budget / 4)), 1, MOST_SPP))
+        return int(np.clip(min(wanted, affordable(budget / 4)), self._job.least_spp, MOST_SPP))
 
     def _time(self, spp: int) -> float:
         start = time.monotonic()
