@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from comparisons import sequential
 from comparisons.comparison import Comparing, failed
 from comparisons.crew import Crew
 from comparisons.in_process import InProcess
@@ -38,8 +39,9 @@ def run(
         if isinstance(renderer, str):
             canonical(renderer)
     with Crew(settings.jobs) as crew:
-        probe = Probe(crew)
-        contenders = [_contender(renderer, probe) for renderer in renderers]
+        patience = settings.budget + sequential.GRACE
+        probe = Probe(crew, patience)
+        contenders = [_contender(renderer, probe, patience) for renderer in renderers]
         for case in cases:
             yield from _against_all(_adjusted(case, settings), contenders, settings, folder, crew, observer)
 
@@ -58,11 +60,11 @@ class _Contender(NamedTuple):
         return None if self.guest.traits.deterministic else self.probe.complaint(self.guest.name)
 
 
-def _contender(renderer: str | Renderer, probe: Probe) -> _Contender:
+def _contender(renderer: str | Renderer, probe: Probe, patience: float) -> _Contender:
     if isinstance(renderer, str):
         return _Contender(renderer, probe)
     guest = InProcess(renderer)
-    return _Contender(guest.short_name, Probe(guest), guest)
+    return _Contender(guest.short_name, Probe(guest, patience), guest)
 
 
 def _adjusted(case: Case, settings: Settings) -> Case:

@@ -7,12 +7,12 @@ failed is replaced by the next request that needs it.
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Self
 
-from comparisons.renderers import Images, RendererFailed, Unsupported
+from comparisons.renderers import Hits, Images, RendererFailed, Unsupported
 from comparisons.renderers.process import RendererProcess
 from scenes import Scene
 
@@ -32,7 +32,14 @@ class Crew:
         self, name: str, scene: Scene, bounces: Sequence[int], spp: int, seed: int, timeout: float
     ) -> Future[Images]:
         """Ask for one image; the future raises what ``RendererProcess.render`` raises."""
-        return self._pool.submit(self._render, name, scene, tuple(bounces), spp, seed, timeout)
+        asked = tuple(bounces)
+        return self._pool.submit(
+            self._ask, name, lambda process: process.render(scene, asked, spp, seed, timeout)
+        )
+
+    def first_hits(self, name: str, scene: Scene, timeout: float) -> Future[Hits]:
+        """Ask what its rays meet first; the future raises what ``RendererProcess.first_hits`` raises."""
+        return self._pool.submit(self._ask, name, lambda process: process.first_hits(scene, timeout))
 
     def version(self, name: str) -> str:
         """Of the renderer, which is loaded for that.
@@ -55,12 +62,10 @@ class Crew:
         for process in ours:
             process.close()
 
-    def _render(
-        self, name: str, scene: Scene, bounces: Sequence[int], spp: int, seed: int, timeout: float
-    ) -> Images:
+    def _ask(self, name: str, question: Callable[[RendererProcess], Images]) -> Images:
         process = self._take(name)
         try:
-            image = process.render(scene, bounces, spp, seed, timeout)
+            image = question(process)
         except Unsupported:
             self._give_back(process)
             raise

@@ -228,6 +228,39 @@ class Comparison(Struct, frozen=True, kw_only=True):
     single_image: SingleImage | None = None
 
 
+class RelationResult(Struct, frozen=True, kw_only=True):
+    """One claim of a relation, tried on one scene with one renderer.
+
+    In ``bounces`` the second side stands where a comparison has the truth: ``mean`` is that of the first side,
+    ``truth_mean`` that of the second, and ``bias`` the deviation of the first, relative to the second.
+    """
+
+    relation: str
+    claim: Annotated[str, Meta(description="which, of a relation that claims several; else empty")]
+    scene: str
+    renderer: str
+    verdict: Verdict
+    operator: Annotated[str, Meta(description="what it tests: E, G, R, T, sensor or estimator")]
+    statement: str
+    blind_to: Annotated[str, Meta(description="what this relation can't reveal")]
+    renderer_version: str
+    channels: list[str]
+    alpha: float
+    seconds: float
+    spp: Annotated[
+        int, Meta(description="samples per pixel of each side, in the bounce that needed most")
+    ] = 0
+    replicates: Annotated[int, Meta(description="of the bounce that needed most")] = 0
+    bounces: Annotated[
+        list[BounceResult], Meta(description="empty where no statistics decide, or nothing was compared")
+    ] = []
+    looks: list[Look] = []
+    message: Annotated[
+        str, Meta(description="what was found where no statistics decide; why not, otherwise")
+    ] = ""
+    log: Annotated[list[str], Meta(description="the last lines the renderer's process printed")] = []
+
+
 class Provenance(Struct, frozen=True, kw_only=True):
     """What is needed to repeat the run."""
 
@@ -250,6 +283,9 @@ class Results(Struct, frozen=True, kw_only=True):
     version: str = SCHEMA_VERSION
     provenance: Provenance
     comparisons: list[Comparison]
+    relations: Annotated[
+        list[RelationResult], Meta(description="checks that need no truth and no second renderer")
+    ] = []
 
 
 class ResultsError(ValueError):

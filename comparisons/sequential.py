@@ -10,10 +10,10 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from comparisons.crew import Crew
 from comparisons.regions import Regions
 from comparisons.renderers import Images
 from comparisons.statistics.moments import Moments
@@ -43,7 +43,8 @@ class Job:
         seed: replicate r gets seed + r.
         budget: seconds.
         on_progress: called with the share of the budget that is used.
-        first_look: seconds that the first ``MIN_REPLICATES`` should take.
+        first_look: seconds that the first ``MIN_REPLICATES`` should take, if an eighth of the budget is not less.
+        least_spp: of a replicate, however long they take: few samples, and most of the time is not rendering.
         deterministic: whether it has no noise; two replicates tell all then.
     """
 
@@ -54,7 +55,19 @@ class Job:
     budget: float
     on_progress: Callable[[float], None] = lambda done: None
     first_look: float = FIRST_LOOK
+    least_spp: int = 1
     deterministic: bool = False
+
+
+class Renders(Protocol):
+    """Who renders: a crew, or who asks one."""
+
+    jobs: int
+
+    def render(
+        self, name: str, scene: Scene, bounces: Sequence[int], spp: int, seed: int, timeout: float
+    ) -> Future[Images]:
+        """As ``Crew.render``."""
 
 
 def first_seed(seed: int) -> int:
@@ -71,7 +84,7 @@ class Sampler:
         spp: of each replicate.
     """
 
-    def __init__(self, job: Job, crew: Crew, regions: Regions) -> None:
+    def __init__(self, job: Job, crew: Renders, regions: Regions) -> None:
         """Find out how long the renderer takes.
 
         Raises:
@@ -140,20 +153,30 @@ class Sampler:
                 kept[k] = kept[k] + moments if k in kept else moments
 
     def _pilot(self) -> int:
-        """Samples per pixel of a replicate, such that the first look comes when it should."""
-        bounces, budget = self._job.bounces, self._job.budget
-        self._submit(bounces, 1, self._job.seed).result()  # loads the scene, which must not be counted
-        spp = 1
-        while True:
-            start = time.monotonic()
-            self._submit(bounces, spp, self._job.seed).result()
-            elapsed = time.monotonic() - start
-            if elapsed > _PILOT or elapsed * 4 > budget / 8 or spp >= MOST_SPP:
-                break
+        """Samples per pixel of a replicate.
+
+        As many as let the first look come when it should; more, where asking for an image would take longer than
+        rendering it, as long as the first look comes within a quarter of the budget.
+        """
+        budget = self._job.budget
+        self._time(1)  # loads the scene, which must not be counted
+        spp, elapsed = 1, (one := self._time(1))
+        while elapsed <= max(_PILOT, 2 * one) and elapsed * 4 <= budget / 8 and spp < MOST_SPP:
             spp *= 4
-        first_look = min(self._job.first_look, budget / 8)
-        wanted = int(first_look * self._crew.jobs / MIN_REPLICATES * spp / elapsed)
-        return min(max(1, wanted), MOST_SPP)
+            elapsed = self._time(spp)
+        each = max((elapsed - one) / (spp - 1), 1e-9) if spp > 1 else one
+        asking = max(one - each, 0.0)
+
+        def affordable(first_look: float) -> float:
+            return (first_look * self._crew.jobs / MIN_REPLICATES - asking) / each
+
+        wanted = max(affordable(min(self._job.first_look, budget / 8)), asking / each)
+        return int(np.clip(min(wanted, affordable(budget / 4)), self._job.least_spp, MOST_SPP))
+
+    def _time(self, spp: int) -> float:
+        start = time.monotonic()
+        self._submit(self._job.bounces, spp, self._job.seed).result()
+        return time.monotonic() - start
 
     def _submit(self, bounces: Sequence[int], spp: int, seed: int) -> Future[Images]:
         job = self._job

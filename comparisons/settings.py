@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from comparisons.known import Deviation
-from comparisons.results import Comparison
+from comparisons.results import Comparison, RelationResult
 
 DEFAULT_BUDGET = 75.0
 DEFAULT_ALPHA = 1e-3
@@ -45,10 +45,13 @@ class Observer(Protocol):
     """Who wants to see how a run goes on."""
 
     def started(self, case: str, renderer: str) -> None:
-        """A comparison begins."""
+        """A comparison begins, or a relation."""
 
     def progressed(self, share: float, message: str) -> None:
         """So much of its budget is used; the message says what is done or what is still open."""
 
     def finished(self, comparison: Comparison) -> None:
         """A comparison has its verdict."""
+
+    def related(self, results: list[RelationResult]) -> None:
+        """A relation has the verdicts of its claims."""

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import reports
 from comparisons.renderers import Renderer
-from comparisons.results import Comparison, Results
+from comparisons.results import Comparison, RelationResult, Results
 from comparisons.settings import DEFAULT_ALPHA
 from lightproof import arguments
 from lightproof.arguments import Shares
@@ -124,6 +124,9 @@ class _Silent:
         pass
 
     def finished(self, comparison: Comparison) -> None:
+        pass
+
+    def related(self, results: list[RelationResult]) -> None:
         pass
 
 

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 import typer
 
+from comparisons import relations
 from lightproof import cases
 from lightproof.parameters import check_bounces
 from scenes import Case, Scene, UnknownNameError, library
@@ -72,8 +73,9 @@ def several_cases(
     files: tuple[Path | None, Path | None],
     bounces: int | None,
     size: tuple[int, int] | None,
+    default: Sequence[str] = library.DEFAULT,
 ) -> list[Case]:
-    """All that is asked for, each case once; the library's default where nothing is.
+    """All that is asked for, each case once; the default where nothing is.
 
     Raises:
         typer.BadParameter: as above, or two cases of the same name.
@@ -92,7 +94,7 @@ def several_cases(
         if scene is None or answer is None:
             raise typer.BadParameter("--scene and --answer belong together: give both", param_hint="--scene")
         found.append(_tried(lambda: cases.from_answer(scene, answer), "--scene"))
-    found = found or [_named(name) for name in library.DEFAULT]
+    found = found or [_named(name) for name in default]
     names = [case.name for case in found]
     for case in found:
         if names.count(case.name) > 1:
@@ -101,6 +103,23 @@ def several_cases(
         check_bounces(case, bounces)
         check_size(case, bounces, size)
     return found
+
+
+def relation_tasks(names: Sequence[str], chosen: Sequence[Case], scene: Path | None) -> list[relations.Task]:
+    """Relations and the scenes that they are tried on: those of cases, or one of the user's, or their own.
+
+    Raises:
+        typer.BadParameter: there is no relation of that name, or the scene can't be read.
+    """
+    wanted = [
+        _tried(partial(look_up, "relation", name, relations.RELATIONS), "--relation")
+        for name in dict.fromkeys(names or relations.RELATIONS)
+    ]
+    subjects = [relations.Subject(case.name, case.scene, wavelengths=case.wavelengths) for case in chosen]
+    if scene is not None:
+        own = _tried(lambda: cases.load_scene(scene), "--scene")
+        subjects.append(relations.Subject(scene.stem, own))
+    return relations.all_tasks(wanted, subjects)
 
 
 def check_size(case: Case, bounces: int | None, size: tuple[int, int] | None) -> None:

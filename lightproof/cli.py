@@ -16,6 +16,7 @@ import typer
 import reports
 from comparisons import known as known_deviations
 from comparisons.crew import Crew
+from comparisons.relations import RELATIONS, cheap_tasks
 from comparisons.renderers import RENDERERS, SHORT_NAMES, RendererError, canonical
 from comparisons.renderers.process import RendererProcess
 from comparisons.results import ResultsError
@@ -24,7 +25,7 @@ from comparisons.truth import truth_of
 from lightproof import exports, options, terminal
 from lightproof.cases import CaseError, announced, from_entry_point
 from lightproof.check import check
-from lightproof.choice import check_size, one_case, several_cases, subject
+from lightproof.choice import check_size, one_case, relation_tasks, several_cases, subject
 from lightproof.folder import prepare
 from lightproof.parameters import percents, size
 from lightproof.validate import exit_status
@@ -78,16 +79,24 @@ def validate(
     seed: options.Seed = 0,
     jobs: options.Jobs = None,
     known: options.Known = "",
+    relations: options.Relations = None,
+    relation: options.RelationNames = None,
     out: options.OutFolder = DEFAULT_OUT,
 ) -> None:
     """Hold renderers against cases whose every bounce is known; ends in a verdict per bounce and a report.
 
+    With --relations there need be no answer: cases lend their scenes to checks that hold for any of them.
+
     Example: lightproof validate furnace-box cornell-box --renderer mitsuba --budget 60
     """
     resolution = size(size_text)
-    chosen = several_cases(
-        cases or [], own or [], family or [], everything, (scene, answer), bounces, resolution
-    )
+    named = (cases or [], own or [], family or [], everything)
+    if relations or relation:
+        lending = several_cases(*named, (None, None), None, None, default=())
+        chosen, tasks = [], relation_tasks(relation or [], lending, scene)
+    else:
+        chosen = several_cases(*named, (scene, answer), bounces, resolution)
+        tasks = [] if any((*named, scene, relations is not None)) else cheap_tasks()
     # the same renderer by two names is one
     renderers = list({_renderer(name): name for name in reversed(renderer or DEFAULT_RENDERERS)}.values())[
         ::-1
@@ -106,11 +115,12 @@ def validate(
     )
     prepare(out)
     console = terminal.console()
-    with terminal.Show(console, len(chosen) * len(renderers)) as show:
+    with terminal.Show(console, (len(chosen) + len(tasks)) * len(renderers)) as show:
         try:
-            outcome = run_validation(chosen, renderers, settings, out, show)
+            outcome = run_validation(chosen, renderers, settings, out, show, tasks)
         except KeyboardInterrupt:
-            _stop(f"interrupted; {show.done} of {show.total} comparisons are in {out}/results.json", 130)
+            what = "checks" if tasks else "comparisons"
+            _stop(f"interrupted; {show.done} of {show.total} {what} are in {out}/results.json", 130)
     terminal.show_verdicts(console, outcome)
     console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
     raise typer.Exit(exit_status(outcome))
@@ -219,11 +229,11 @@ def export(
 
 @app.command("list")
 def list_(
-    what: Annotated[Literal["cases", "renderers"], typer.Argument(help="What to list.")],
+    what: Annotated[Literal["cases", "renderers", "relations"], typer.Argument(help="What to list.")],
     as_json: options.AsJson = False,
 ) -> None:
-    """List the cases or the renderers there are."""
-    rows = _cases() if what == "cases" else _renderers()
+    """List the cases, the renderers or the relations there are."""
+    rows = {"cases": _cases, "renderers": _renderers, "relations": _relations}[what]()
     if as_json:
         typer.echo(json.dumps(rows, indent=2, ensure_ascii=False))
         return
@@ -285,6 +295,20 @@ def _renderers() -> list[dict[str, Any]]:
         row = {"name": name, "short": short.get(name), "title": entry.title, "version": installed}
         rows.append({**row, "install": f"pip install {entry.package}"})
     return rows
+
+
+def _relations() -> list[dict[str, Any]]:
+    return [
+        {
+            "name": relation.name,
+            "tests": relation.operator,
+            "title": relation.statement,
+            "blind_to": relation.blind_to,
+            "scenes": list(relation.scenes),
+            "default_run": "yes" if relation.cheap else None,
+        }
+        for relation in RELATIONS.values()
+    ]
 
 
 def _text(value: object) -> str:

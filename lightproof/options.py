@@ -37,7 +37,12 @@ Families = Annotated[
 ]
 Everything = Annotated[bool, typer.Option("--all", help="All cases.")]
 SceneFile = Annotated[
-    Path | None, typer.Option("--scene", metavar="FILE.json", help="A scene of your own, with its --answer.")
+    Path | None,
+    typer.Option(
+        "--scene",
+        metavar="FILE.json",
+        help="A scene of your own, with its --answer; for --relations without.",
+    ),
 ]
 AnswerFile = Annotated[
     Path | None,
@@ -95,6 +100,20 @@ EarlyStop = Annotated[
     ),
 ]
 Size = Annotated[str | None, typer.Option("--size", metavar="WxH", help="Resolution. Default: the case's.")]
+Relations = Annotated[
+    bool | None,
+    typer.Option(
+        "--relations/--no-relations",
+        help="Checks that need no answer, see 'lightproof list relations', instead of comparisons; or none of them. "
+        "Default: a few of them beside the default cases.",
+    ),
+]
+RelationNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--relation", metavar="NAME", help="Only this one; implies --relations. May be given several times."
+    ),
+]
 Seed = Annotated[int, typer.Option(help="Different seeds give independent images.", min=0, max=2**32 - 1)]
 Spp = Annotated[int, typer.Option(help="Samples per pixel.", min=1)]
 Jobs = Annotated[

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from rich import box
 from rich.columns import Columns
@@ -15,7 +15,15 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from comparisons.results import BounceResult, Comparison, Interval, Metrics, ResidualNoise, Results
+from comparisons.results import (
+    BounceResult,
+    Comparison,
+    Interval,
+    Metrics,
+    RelationResult,
+    ResidualNoise,
+    Results,
+)
 from reports import quantities, wording
 from reports.quantities import image_name, number, term
 
@@ -41,10 +49,10 @@ def console(stderr: bool = False) -> Console:
 
 
 class Show:
-    """Shows a run as it goes on: bars on a terminal, a line per comparison elsewhere.
+    """Shows a run as it goes on: bars on a terminal, a line per comparison or claim of a relation elsewhere.
 
     Attributes:
-        total, done: comparisons.
+        total, done: comparisons and relations.
     """
 
     def __init__(self, out: Console, total: int) -> None:
@@ -62,7 +70,7 @@ class Show:
         self._bar = self._bars.add_task("", total=1.0, message="")
 
     def started(self, case: str, renderer: str) -> None:
-        """Show which comparison begins."""
+        """Show what begins."""
         self._label = f"[{self.done + 1}/{self.total}] {case} × {renderer}"
         self._bars.reset(self._bar, description=Text(self._label).markup, message="loading")
 
@@ -80,6 +88,21 @@ class Show:
         self._out.print(line, soft_wrap=True)
         for note in comparison.notes:
             self._out.print(f"      {note}", soft_wrap=True)
+        self._last()
+
+    def related(self, results: list[RelationResult]) -> None:
+        """Leave a line behind for each claim of a relation."""
+        self.done += 1
+        for result in results:
+            claim = f", {result.claim}" if result.claim else ""
+            line = Text(f"{self._label}{claim}: ").append(result.verdict, _STYLE[result.verdict])
+            line.append(f"  {result.seconds:.1f} s")
+            if result.message:
+                line.append(f"  {result.message}")
+            self._out.print(line, soft_wrap=True)
+        self._last()
+
+    def _last(self) -> None:
         if self.done == self.total:
             self._bars.update(self._bar, completed=1.0, message="writing the report")
 
@@ -94,30 +117,21 @@ class Show:
 
 
 def show_verdicts(out: Console, outcome: Results) -> None:
-    """Case × renderer × bounce: the bias of the whole image ± half its interval, in percent; and the outcome.
+    """Case × renderer × bounce: the bias of the whole image ± half its interval, in percent; the same of relations;
+    and the outcome.
 
     A table, or where the terminal is too narrow for it, the bounces of each comparison below its name.
     """
-    bounces = max((len(c.bounces) for c in outcome.comparisons), default=0)
-    table = Table(box=box.SIMPLE_HEAD)
-    for heading in ("case", "renderer", "verdict", *map(term, range(bounces))):
-        table.add_column(heading, no_wrap=True)
-    for comparison in outcome.comparisons:
-        cells = [_cell(b) for b in comparison.bounces]
-        table.add_row(comparison.case, comparison.renderer, _verdict(comparison), *cells)
-    needed = Measurement.get(out, out.options.update(max_width=_PLAIN_WIDTH), table).maximum
-    if needed <= out.width:
-        out.print(table)
-    else:
-        width = max((len(_labelled(b)) for c in outcome.comparisons for b in c.bounces), default=0)
-        for comparison in outcome.comparisons:
-            out.print(Text(f"{comparison.case} × {comparison.renderer}: ").append(_verdict(comparison)))
-            if comparison.bounces:
-                row = Columns(map(_labelled, comparison.bounces), width=width, padding=(0, 1))
-                out.print(Padding(row, (0, 0, 0, 2)))
-    if bounces:
+    if outcome.comparisons or not outcome.relations:
+        rows = [(c.case, c.renderer, c) for c in outcome.comparisons]
+        _show(out, ("case", "renderer"), rows)
+    if outcome.relations:
+        claims = [(f"{r.relation} {r.claim}".strip(), r.scene, r.renderer, r) for r in outcome.relations]
+        _show(out, ("relation", "scene", "renderer"), claims)
+    results: list[Comparison | RelationResult] = [*outcome.comparisons, *outcome.relations]
+    if any(result.bounces for result in results):
         out.print(_CAPTION)
-    out.print(wording.outcome(outcome.comparisons)[1])
+    out.print(wording.outcome(results)[1])
 
 
 def show_rows(out: Console, rows: Sequence[Mapping[str, str]]) -> None:
@@ -142,12 +156,34 @@ def show_rows(out: Console, rows: Sequence[Mapping[str, str]]) -> None:
         out.print(Padding(Text(text, "dim"), (0, 0, 0, 4)))
 
 
-def _verdict(comparison: Comparison) -> Text:
-    return Text(comparison.verdict, _STYLE[comparison.verdict])
+def _show(out: Console, headings: tuple[str, ...], rows: Sequence[tuple[Any, ...]]) -> None:
+    """Rows of names and a result at the end, whose bounces have a column each."""
+    bounces = range(max((1 + b.bounce for *_, result in rows for b in result.bounces), default=0))
+    table = Table(box=box.SIMPLE_HEAD)
+    for heading in (*headings, "verdict", *map(term, bounces)):
+        table.add_column(heading, no_wrap=True)
+    for *names, result in rows:
+        cells = {b.bounce: _cell(b) for b in result.bounces}
+        table.add_row(*names, _verdict(result), *(cells.get(k, "") for k in bounces))
+    needed = Measurement.get(out, out.options.update(max_width=_PLAIN_WIDTH), table).maximum
+    if needed <= out.width:
+        out.print(table)
+        return
+    width = max((len(_labelled(b)) for *_, result in rows for b in result.bounces), default=0)
+    for *names, result in rows:
+        out.print(Text(f"{' × '.join(names)}: ").append(_verdict(result)))
+        if result.bounces:
+            row = Columns(map(_labelled, result.bounces), width=width, padding=(0, 1))
+            out.print(Padding(row, (0, 0, 0, 2)))
+
+
+def _verdict(result: Comparison | RelationResult) -> Text:
+    return Text(result.verdict, _STYLE[result.verdict])
 
 
 _CAPTION = (
-    "Bias of the whole image in percent, in the channel closest to failing, ± half its interval.\n"
+    "Bias of the whole image in percent, in the channel closest to failing, ± half its interval; of a relation,\n"
+    "how far its first side lies from its second.\n"
     "! fail   ? inconclusive   ~ known deviation   t the tiles decided"
 )
 

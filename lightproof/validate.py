@@ -12,9 +12,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import reports
-from comparisons import campaign, results
+from comparisons import campaign, relations, results
 from comparisons.renderers import Renderer
-from comparisons.results import Comparison, Provenance, Results, Verdict
+from comparisons.results import Comparison, Provenance, RelationResult, Results, Verdict
 from comparisons.sequential import first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.verdict import overall
@@ -44,13 +44,17 @@ EXIT_STATUS: dict[Verdict, int] = {
 
 def validate(
     cases: Sequence[Case],
-    renderers: Sequence[str | Renderer],
+    renderers: Sequence[str],
     settings: Settings,
     folder: Path,
     observer: Observer,
+    tasks: Sequence[relations.Task] = (),
 ) -> Results:
-    """Hold every case against every renderer and write the folder, report and all; see ``compare``."""
-    outcome = compare(cases, renderers, settings, folder, observer)
+    """Hold every case against every renderer, try the relations, and write the folder, report and all.
+
+    Returns, raises: as ``compare``.
+    """
+    outcome = compare(cases, renderers, settings, folder, observer, tasks)
     reports.render(folder)
     return outcome
 
@@ -61,10 +65,11 @@ def compare(
     settings: Settings,
     folder: Path,
     observer: Observer,
+    tasks: Sequence[relations.Task] = (),
 ) -> Results:
-    """Hold every case against every renderer and write ``results.json`` and the images.
+    """Hold every case against every renderer, try the relations, and write ``results.json`` and the images.
 
-    Renderers are names, or objects of this process; see ``comparisons.in_process``.
+    Renderers are names, or objects of this process (``comparisons.in_process``), on which no relation is tried.
 
     Returns:
         What ``results.json`` holds.
@@ -74,22 +79,28 @@ def compare(
     """
     start, date = time.monotonic(), datetime.now(UTC)
     comparisons: list[Comparison] = []
+    related: list[RelationResult] = []
 
     def write() -> Results:
         made = provenance(settings, date, time.monotonic() - start)
-        outcome = Results(provenance=made, comparisons=comparisons)
+        outcome = Results(provenance=made, comparisons=comparisons, relations=related)
         results.write(outcome, folder)
         return outcome
 
     for comparison in campaign.run(cases, renderers, settings, folder, observer):
         comparisons.append(comparison)
         write()  # after each, so that a run that is cut short keeps what it has found
+    named = [renderer for renderer in renderers if isinstance(renderer, str)]
+    for result in relations.run(tasks, named, settings, observer):
+        related.append(result)
+        write()
     return write()
 
 
 def exit_status(outcome: Results) -> int:
     """0 nothing wrong, 1 fail, 3 error, 4 inconclusive, 5 nothing could be compared; 1 before 3 before 4."""
-    return EXIT_STATUS[overall(comparison.verdict for comparison in outcome.comparisons)]
+    verdicts = [c.verdict for c in outcome.comparisons] + [r.verdict for r in outcome.relations]
+    return EXIT_STATUS[overall(verdicts)]
 
 
 def provenance(settings: Settings, date: datetime, seconds: float) -> Provenance:

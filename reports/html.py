@@ -37,7 +37,8 @@ def write(results: Results, folder: Path) -> Path:
     """Write ``report.html`` into the folder of the results and return its path."""
     parts = [sections.build(c, f"comparison-{i}", folder) for i, c in enumerate(results.comparisons, start=1)]
     library, plots = _embedded(parts)
-    verdict, outcome = wording.outcome(results.comparisons)
+    checks: list[wording.Result] = [*results.comparisons, *results.relations]
+    verdict, outcome = wording.outcome(checks)
     text = (
         _environment()
         .get_template("report.html.j2")
@@ -48,7 +49,8 @@ def write(results: Results, folder: Path) -> Path:
             plots=plots,
             verdict=verdict,
             outcome=outcome,
-            counts=wording.counts(results.comparisons),
+            counts=wording.counts(checks),
+            relations=[(r, wording.relation_finding(r)) for r in results.relations],
             meanings=wording.MEANINGS,
             symbols=_SYMBOLS,
             index=_INDEX,

@@ -1,4 +1,4 @@
-"""``junit.xml``: one suite per case, one test per renderer and bounce, for continuous integration.
+"""``junit.xml``: one suite per case, one test per renderer and bounce; one suite per relation, one test per claim.
 
 JUnit knows four results, results.json six. None of the two extra ones may look like agreement:
 
@@ -19,7 +19,7 @@ from typing import Any
 
 from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
-from comparisons.results import BounceResult, Comparison, Results
+from comparisons.results import BounceResult, Comparison, RelationResult, Results
 from reports import JUNIT_FILE, wording
 from reports.plain import plain
 
@@ -33,6 +33,11 @@ def write(results: Results, folder: Path) -> Path:
         for comparison in results.comparisons:
             if comparison.case == case:
                 suite.add_testcases(_tests(comparison))
+        xml.append(suite)
+    for relation in dict.fromkeys(result.relation for result in results.relations):
+        suite = TestSuite(plain(f"relation {relation}"))
+        suite.timestamp = plain(results.provenance.date)
+        suite.add_testcases([_claim(result) for result in results.relations if result.relation == relation])
         xml.append(suite)
     xml.update_statistics()
     path = folder / JUNIT_FILE
@@ -84,6 +89,23 @@ def _judge_whole(test: Any, comparison: Comparison) -> None:
             test.result = _with_text(Error(message, "renderer"), comparison)
         case "pass" | "known":
             test.result = Error("No bounce was compared, though the verdict says so.", "inconclusive")
+
+
+def _claim(result: RelationResult) -> Any:
+    """The test of one claim."""
+    name = ", ".join(filter(None, (result.scene, result.claim)))
+    test = TestCase(plain(name), plain(f"{result.relation}.{result.renderer}"), round(result.seconds, 3))
+    message = plain(wording.relation_finding(result))
+    match result.verdict:
+        case "fail":
+            test.result = Failure(message, "fail")
+        case "inconclusive" | "error":
+            test.result = Error(message, "renderer" if result.verdict == "error" else "inconclusive")
+        case "unsupported":
+            test.result = Skipped(message, "unsupported")
+    if test.result:
+        test.result[0].text = plain("\n".join(filter(None, [result.statement, result.message, *result.log])))
+    return test
 
 
 def _with_text(result: Any, comparison: Comparison, declared: str = "") -> Any:

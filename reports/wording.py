@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import get_args
 
-from comparisons.results import BounceResult, Comparison, Interval, Verdict
+from comparisons.results import BounceResult, Comparison, Interval, RelationResult, Verdict
 from reports import quantities
 
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
@@ -15,7 +15,7 @@ MEANINGS: dict[Verdict, str] = {
     "fail": "Some interval, simultaneous over regions, bounces and channels, lies outside ± its tolerance.",
     "inconclusive": "Neither of the two, and the budget is used up. Never to be read as a pass.",
     "known": "A deviation that was declared beforehand, and measured to be the declared one.",
-    "unsupported": "The renderer can't express the scene; nothing was compared.",
+    "unsupported": "The renderer can't express the scene, or a relation says nothing of it; nothing was compared.",
     "error": "The renderer crashed, hung, or returned something that is no image.",
 }
 # the most urgent first: it names the outcome of the whole run
@@ -26,30 +26,34 @@ _ENDINGS: dict[Verdict, str] = {
 }
 
 
-def counts(comparisons: Sequence[Comparison]) -> dict[Verdict, int]:
-    """How many comparisons ended in each verdict, all six of them."""
-    found = Counter(comparison.verdict for comparison in comparisons)
+Result = Comparison | RelationResult
+
+
+def counts(results: Sequence[Result]) -> dict[Verdict, int]:
+    """How many comparisons and relations ended in each verdict, all six of them."""
+    found = Counter(result.verdict for result in results)
     return {verdict: found[verdict] for verdict in VERDICTS}
 
 
-def outcome(comparisons: Sequence[Comparison]) -> tuple[Verdict, str]:
+def outcome(results: Sequence[Result]) -> tuple[Verdict, str]:
     """The verdict of the run, and a sentence that says it.
 
     A run passes only if something was compared and nothing failed, crashed or stayed undecided.
     """
-    found, total = counts(comparisons), len(comparisons)
+    found, total = counts(results), len(results)
+    noun = "check" if any(isinstance(result, RelationResult) for result in results) else "comparison"
     if urgent := [verdict for verdict in _ENDINGS if found[verdict]]:
         first, *rest = urgent
         others = "".join(f", {found[verdict]} {_ENDINGS[verdict]}" for verdict in rest)
-        return first, f"{_share(found[first], total)} {_ENDINGS[first]}{others}."
+        return first, f"{_share(found[first], total, noun)} {_ENDINGS[first]}{others}."
     if found["pass"] + found["known"] == 0:
         return "unsupported", "Nothing was compared."
     if found["known"]:
         others = f"{found['pass']} passed, " if found["pass"] else ""
         return "known", f"Nothing failed: {others}{found['known']} with a known deviation."
     if found["unsupported"]:
-        return "pass", f"{_share(found['pass'], total)} passed; the rest is unsupported."
-    return "pass", "The only comparison passed." if total == 1 else f"All {total} comparisons passed."
+        return "pass", f"{_share(found['pass'], total, noun)} passed; the rest is unsupported."
+    return "pass", f"{_share(total, total, noun)} passed."
 
 
 def finding(comparison: Comparison) -> str:
@@ -92,6 +96,21 @@ def bounce_finding(bounce: BounceResult, subject: str) -> str:
     return f"{where} is {size} ({numbers}){declared}: {bounce.verdict}."
 
 
+def relation_finding(result: RelationResult) -> str:
+    """One claim of a relation in a sentence."""
+    if not result.bounces:
+        return f"{result.message or 'Nothing was found'}: {result.verdict}."
+    found = [b for b in result.bounces if b.verdict == result.verdict]
+    if result.verdict == "pass":
+        seen = quantities.percent(max(b.detectable_bias for b in found))
+        return f"Both sides agree: pass. A deviation of {seen} of the whole image would have failed with 90 % power."
+    bias, interval, tolerance = _evidence(first := found[0])
+    where = f"bounce {first.bounce}" + (f", {tile_name(first)}" if first.decided_by == "tile" else "")
+    numbers = f"interval {quantities.interval(interval)}, tolerance ±{quantities.percent(tolerance)}"
+    size = f"{quantities.percent(abs(bias))} {'above' if bias > 0 else 'below'} the second"
+    return f"In {where} the first side is {size} ({numbers}): {result.verdict}."
+
+
 def tile_name(bounce: BounceResult) -> str:
     """Where the worst tile lies, ``tile row 2, column 5 (channel G)``; rows and columns count from 0."""
     tile = bounce.worst_tile
@@ -119,10 +138,10 @@ def _agreement(comparison: Comparison) -> str:
     )
 
 
-def _share(part: int, total: int) -> str:
+def _share(part: int, total: int, noun: str) -> str:
     if part == total:
-        return "The only comparison" if total == 1 else f"All {total} comparisons"
-    return f"{part} of {total} comparisons"
+        return f"The only {noun}" if total == 1 else f"All {total} {noun}s"
+    return f"{part} of {total} {noun}s"
 
 
 def _enumeration(words: Sequence[str]) -> str:

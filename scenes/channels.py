@@ -80,19 +80,40 @@ def single_channel(part: Part, channel: int) -> Part:
         SceneError: nothing emits in it.
         IndexError: there is no such channel.
     """
+    return with_channels(part, (channel,))
+
+
+def with_channels(part: Part, order: Sequence[int]) -> Part:
+    """A scene, or a part of one, whose channel i is channel ``order[i]`` of this one.
+
+    Raises:
+        SceneError: nothing emits in these.
+        IndexError: there is no such channel.
+    """
     changes: dict[str, Any] = {}
     for field in part.__struct_fields__:
         value = getattr(part, field)
         if isinstance(value, msgspec.Struct):
-            changes[field] = single_channel(value, channel)
+            changes[field] = with_channels(value, order)
         elif field in ("surfaces", "lights"):
-            changes[field] = tuple(single_channel(item, channel) for item in value)
+            changes[field] = tuple(with_channels(item, order) for item in value)
         elif field in _PER_CHANNEL:
-            changes[field] = (value[channel],)
-        elif field == "angular_profile" and value is not None and not any(row[channel] for row in value):
-            changes |= {field: None, "radiance": (0.0,)}  # black at every angle: no profile says that
+            changes[field] = _picked(value, order)
+        elif (
+            field == "angular_profile"
+            and value is not None
+            and not any(any(_picked(row, order)) for row in value)
+        ):
+            changes |= {
+                field: None,
+                "radiance": (0.0,) * len(order),
+            }  # black at every angle: no profile says that
         elif field in _ROWS and value is not None:
-            changes[field] = tuple((row[channel],) for row in value)
+            changes[field] = tuple(_picked(row, order) for row in value)
         elif field == "pixels":
-            changes[field] = tuple(tuple((pixel[channel],) for pixel in row) for row in value)
+            changes[field] = tuple(tuple(_picked(pixel, order) for pixel in row) for row in value)
     return msgspec.structs.replace(part, **changes)
+
+
+def _picked(values: tuple[float, ...], order: Sequence[int]) -> tuple[float, ...]:
+    return tuple(values[i] for i in order)

@@ -8,6 +8,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from comparisons.renderers.protocol import (
+    Hits,
     Images,
     Renderer,
     RendererError,
@@ -21,6 +22,7 @@ __all__ = [
     "RENDERERS",
     "SHORT_NAMES",
     "Entry",
+    "Hits",
     "Images",
     "Renderer",
     "RendererError",
@@ -29,6 +31,7 @@ __all__ = [
     "Unsupported",
     "canonical",
     "create",
+    "strategies_of",
     "traits",
 ]
 
@@ -92,6 +95,10 @@ SHORT_NAMES: Mapping[str, str] = MappingProxyType(
 )
 
 
+STRATEGIES = ("reference:mis", "reference:nee", "reference:bsdf", "reference:mis:sobol")
+"""Renderers that differ in how they sample, and in nothing else. Variants of Mitsuba run the same strategy."""
+
+
 def canonical(name: str) -> str:
     """The full name behind a short one: ``mitsuba`` is ``mitsuba:scalar_rgb``.
 
@@ -101,6 +108,11 @@ def canonical(name: str) -> str:
     full = SHORT_NAMES.get(name, name)
     look_up("renderer", full, {**dict.fromkeys(SHORT_NAMES), **RENDERERS})
     return full
+
+
+def strategies_of(name: str) -> tuple[str, ...]:
+    """The other ways in which the renderer of that full name can estimate the same image."""
+    return tuple(other for other in STRATEGIES if other != name) if name in STRATEGIES else ()
 
 
 def traits(name: str) -> Entry:

@@ -1,7 +1,7 @@
 """What the run and a worker process say to each other.
 
 One line of JSON per message, both ways, over the worker's standard input and output. A ``Rendered`` is followed
-by the image itself: float64, little-endian, C order.
+by the image itself, or by what the rays have hit: float64, little-endian, C order.
 """
 
 from __future__ import annotations
@@ -24,6 +24,12 @@ class Render(msgspec.Struct, tag="render"):
     seed: int
 
 
+class FirstHits(msgspec.Struct, tag="first_hits"):
+    """A request: what the rays through the centres of pixels meet first."""
+
+    scene: Scene
+
+
 class Ready(msgspec.Struct, tag="ready"):
     """The renderer is loaded."""
 
@@ -31,7 +37,7 @@ class Ready(msgspec.Struct, tag="ready"):
 
 
 class Rendered(msgspec.Struct, tag="rendered"):
-    """The image follows."""
+    """The image follows, or the hits."""
 
     shape: tuple[int, ...]
 
@@ -48,14 +54,15 @@ class Failed(msgspec.Struct, tag="failed"):
     message: str
 
 
+Request = Render | FirstHits
 Reply = Ready | Rendered | Refused | Failed
 
 _encoder = msgspec.json.Encoder()
 _replies: msgspec.json.Decoder[Reply] = msgspec.json.Decoder(Reply)
-_requests = msgspec.json.Decoder(Render)
+_requests: msgspec.json.Decoder[Request] = msgspec.json.Decoder(Request)
 
 
-def send(stream: IO[bytes], message: Render | Reply, image: Images | None = None) -> None:
+def send(stream: IO[bytes], message: Request | Reply, image: Images | None = None) -> None:
     """Write a message, and the image that belongs to it."""
     stream.write(_encoder.encode(message) + b"\n")
     if image is not None:
@@ -63,7 +70,7 @@ def send(stream: IO[bytes], message: Render | Reply, image: Images | None = None
     stream.flush()
 
 
-def receive_request(stream: IO[bytes]) -> Render | None:
+def receive_request(stream: IO[bytes]) -> Request | None:
     """The next request, or None at the end of the stream."""
     line = stream.readline()
     return _requests.decode(line) if line else None

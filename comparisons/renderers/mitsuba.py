@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comparisons.renderers.mitsuba_scene import scene_dict
-from comparisons.renderers.protocol import Images, Unsupported
-from scenes import Scene
+from comparisons.renderers.protocol import Hits, Images, Unsupported
+from scenes import Orthographic, Scene
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ class MitsubaRenderer:
         mitsuba.set_log_level(mitsuba.LogLevel.Warn)
         drjit.set_thread_count(1)  # work is split over processes, by replicate
         self._mi: Any = mitsuba
-        self._load = lru_cache(maxsize=1)(self._load_scene)
+        self._load = lru_cache(maxsize=8)(self._load_scene)  # relations take scenes in turn
 
     def version(self) -> str:
         """Of Mitsuba."""
@@ -72,6 +72,29 @@ class MitsubaRenderer:
             sums += np.array([partial_sums[k + 1].mean() for k in bounces])
         _refuse_cancellation(bounces, total.mean(axis=(1, 2, 3)), sums)
         return total / spp
+
+    def first_hits(self, scene: Scene) -> Hits:
+        """Its camera's rays through the centres of pixels, met by its ``ray_intersect``; see the protocol.
+
+        Optimised, Mitsuba would merge shapes of the same material, and none could be told from the others.
+        """
+        mi_scene = self._load(scene)
+        [sensor], (height, width, _) = mi_scene.sensors(), scene.shape
+        hits = np.tile([[np.inf], [0.0], [0.0], [0.0], [-1.0]], height * width)
+        origin, forward = np.array(scene.sensor.origin), None
+        if isinstance(scene.sensor, Orthographic):
+            forward = scene.sensor.frame[:, 2]
+        for i in range(height * width):
+            row, column = divmod(i, width)
+            film = [(column + 0.5) / width, (row + 0.5) / height]
+            ray, _ = sensor.sample_ray(0.0, 0.5, film, [0.5, 0.5])
+            found = mi_scene.ray_intersect(ray)
+            if found.is_valid():
+                # its rays begin at the near plane, so its own distance is not the one from the sensor
+                to_hit = np.array(found.p) - origin
+                distance = np.linalg.norm(to_hit) if forward is None else forward @ to_hit
+                hits[:, i] = distance, *found.n, int(found.shape.id().removeprefix("surface"))
+        return hits
 
     def _path(self, depth: int) -> Any:
         return self._mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": _NO_ROULETTE})

@@ -15,8 +15,18 @@ from typing import Self
 import msgspec
 import numpy as np
 
-from comparisons.renderers.messages import Failed, Ready, Refused, Render, Reply, receive_reply, send
-from comparisons.renderers.protocol import Images, RendererFailed, RendererTimeout, Unsupported
+from comparisons.renderers.messages import (
+    Failed,
+    FirstHits,
+    Ready,
+    Refused,
+    Render,
+    Reply,
+    Request,
+    receive_reply,
+    send,
+)
+from comparisons.renderers.protocol import Hits, Images, RendererFailed, RendererTimeout, Unsupported
 from scenes import Scene
 
 START_TIMEOUT = 120.0
@@ -75,9 +85,29 @@ class RendererProcess:
             RendererFailed: it raised, crashed, or returned an image of the wrong shape or with a value that
                 is not finite.
         """
+        image = self._ask(Render(scene, list(bounces), spp, seed), timeout)
+        check_image(image, bounces, scene)
+        return image
+
+    def first_hits(self, scene: Scene, timeout: float) -> Hits:
+        """What its rays meet first; see ``protocol.SeesFirstHits``.
+
+        Raises:
+            Unsupported: it can't tell, or a feature of the scene is missing.
+            RendererTimeout, RendererFailed: as above.
+        """
+        hits = self._ask(FirstHits(scene), timeout)
+        shape = (5, scene.sensor.height * scene.sensor.width)
+        if hits.shape != shape or np.isnan(hits).any():
+            raise RendererFailed(
+                f"returned hits of shape {hits.shape}, expected {shape}, all of them numbers"
+            )
+        return hits
+
+    def _ask(self, request: Request, timeout: float) -> Images:
         assert self._process.stdin is not None
         try:
-            send(self._process.stdin, Render(scene, list(bounces), spp, seed))
+            send(self._process.stdin, request)
         except BrokenPipeError:
             raise self._gone() from None
         reply, image = self._reply(timeout)
@@ -87,7 +117,6 @@ class RendererProcess:
             raise RendererFailed(reply.message, self.log())
         if image is None:
             raise RendererFailed(f"said {reply} where an image was expected", self.log())
-        check_image(image, bounces, scene)
         return image
 
     def _reply(self, timeout: float) -> tuple[Reply, Images | None]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from scenes import Scene
 
 Images = NDArray[np.float64]
+Hits = NDArray[np.float64]
+"""What a renderer's rays meet first, ``(5, height · width)``; see ``SeesFirstHits``."""
 
 
 class RendererError(Exception):
@@ -57,6 +59,23 @@ class Renderer(Protocol):
         Returns:
             One image per bounce asked for, ``(len(bounces), height, width, channels)``: row 0 at the top,
             scene-linear, unclamped.
+
+        Raises:
+            Unsupported: naming the feature that is missing.
+        """
+
+
+@runtime_checkable
+class SeesFirstHits(Protocol):
+    """A renderer that can tell what its rays meet: an option, which lets G be tested by itself."""
+
+    def first_hits(self, scene: Scene) -> Hits:
+        """What the ray through the centre of each pixel meets first; of a lens, the ray through its centre.
+
+        Returns:
+            ``(5, height · width)``, row by row: distance along the ray from where it leaves the sensor, inf where
+            there is nothing; unit normal of the shape, not of shading, x, y, z, on the front, or on either side
+            where both reflect; index of the surface in the scene, −1 where there is none.
 
         Raises:
             Unsupported: naming the feature that is missing.

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from comparisons.renderers.protocol import Images
+import numpy as np
+
+from comparisons.renderers.protocol import Hits, Images, Unsupported
+from reference_tracer.propagation import RayCaster
 from reference_tracer.random_walk import STRATEGIES, Strategy, render
-from reference_tracer.samplers import SAMPLERS, SamplerName
-from scenes import Scene
+from reference_tracer.samplers import SAMPLERS, Block, SamplerName
+from reference_tracer.sensing import camera_rays
+from scenes import IrradianceMeter, Pinhole, Scene, ThinLens
 
 
 class ReferenceRenderer:
@@ -26,3 +30,17 @@ class ReferenceRenderer:
     def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
         """Every bounce from one walk; see the protocol."""
         return render(scene, max(bounces), spp, seed, self._strategy, self._sampler)[list(bounces)]
+
+    def first_hits(self, scene: Scene) -> Hits:
+        """Rays through the centres of pixels; see the protocol."""
+        sensor = scene.sensor
+        if isinstance(sensor, IrradianceMeter):
+            raise Unsupported("irradiance_meter sensor: its pixel is no ray")
+        if isinstance(sensor, ThinLens):  # through the centre of its lens, it is a pinhole
+            sensor = Pinhole(*(getattr(sensor, field) for field in Pinhole.__struct_fields__))
+        height, width, _ = scene.shape
+        row, column = np.mgrid[:height, :width].reshape(2, -1)
+        centers = Block(np.stack([column, row]) + 0.5, lambda d, lanes: np.zeros((d, len(lanes))))
+        rays, cast = camera_rays(sensor, centers), RayCaster(scene)
+        hits, distance = cast(rays.origin, rays.d), cast.distance(rays.origin, rays.d)
+        return np.stack([distance, *np.where(np.isfinite(distance), hits.n, 0.0), hits.surface])

@@ -13,15 +13,16 @@ import traceback
 from comparisons.renderers import Unsupported, create
 from comparisons.renderers.messages import (
     Failed,
+    FirstHits,
     Ready,
     Refused,
-    Render,
     Rendered,
     Reply,
+    Request,
     receive_request,
     send,
 )
-from comparisons.renderers.protocol import Images, Renderer
+from comparisons.renderers.protocol import Hits, Images, Renderer, SeesFirstHits
 
 
 def main(name: str) -> None:
@@ -41,15 +42,24 @@ def main(name: str) -> None:
         send(replies, *_answer(renderer, request))
 
 
-def _answer(renderer: Renderer, request: Render) -> tuple[Reply, Images | None]:
+def _answer(renderer: Renderer, request: Request) -> tuple[Reply, Images | None]:
     try:
-        image = renderer.render(request.scene, request.bounces, request.spp, request.seed)
+        if isinstance(request, FirstHits):
+            image = _first_hits(renderer, request)
+        else:
+            image = renderer.render(request.scene, request.bounces, request.spp, request.seed)
     except Unsupported as missing:
         return Refused(str(missing)), None
     except Exception as error:
         traceback.print_exc()
         return Failed(f"{type(error).__name__}: {error}"), None
     return Rendered(image.shape), image
+
+
+def _first_hits(renderer: Renderer, request: FirstHits) -> Hits:
+    if not isinstance(renderer, SeesFirstHits):
+        raise Unsupported("first hits: its adapter has no first_hits(scene)")
+    return renderer.first_hits(request.scene)
 
 
 if __name__ == "__main__":

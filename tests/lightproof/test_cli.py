@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import json
 import os
@@ -19,8 +20,11 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
+from comparisons.relations import RELATIONS
+from comparisons.relations.relation import Exact, Told
 from lightproof.cli import app, main
 from lightproof.terminal import show_rows, show_verdicts
+from scenes import library
 from scenes.formats import exr
 
 RUN = [sys.executable, "-P", "-m", "lightproof"]
@@ -54,6 +58,11 @@ def flat(text: str) -> str:
         (["explode"], "No such command 'explode'"),
         (["render", "furnace-box", "--out", "box.jpg"], "box.jpg: expected a name that ends in .exr"),
         (["validate", "--budget", "inf"], "Invalid value for '--budget'"),
+        (
+            ["validate", "--relation", "superstition"],
+            "no relation is called 'superstition': did you mean superposition",
+        ),
+        (["validate", "--relations", "--scene", "no/such.json"], "no/such.json: No such file"),
     ],
 )
 def test_wrong_usage_is_explained_and_ends_with_2(arguments: list[str], complaint: str) -> None:
@@ -78,7 +87,11 @@ def test_help_teaches(command: str) -> None:
 
 
 def test_lists_for_people_and_programs() -> None:
-    for what, name in (("cases", "furnace-box"), ("renderers", "mitsuba:scalar_rgb")):
+    for what, name in (
+        ("cases", "furnace-box"),
+        ("renderers", "mitsuba:scalar_rgb"),
+        ("relations", "superposition"),
+    ):
         rows = json.loads(invoke("list", what, "--json").output)
         assert name in [row["name"] for row in rows]
         assert name in invoke("list", what).output
@@ -209,7 +222,7 @@ def test_a_narrow_terminal_gets_a_list() -> None:
     shown = {"verdict": "pass", "bias": 0.001, "interval": (-0.001, 0.003), "decided_by": "image"}
     bounces = [SimpleNamespace(bounce=k, **shown) for k in range(6)]
     comparison = SimpleNamespace(case="furnace-box", renderer="mitsuba", verdict="pass", bounces=bounces)
-    outcome: Any = SimpleNamespace(comparisons=[comparison])
+    outcome: Any = SimpleNamespace(comparisons=[comparison], relations=[])
     for out in (tiny, narrow, wide):
         show_verdicts(out, outcome)
         assert "The only comparison passed." in out.file.getvalue()
@@ -269,6 +282,61 @@ def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path, processes: Any) -
     assert "interrupted" in errors
     assert "Traceback" not in errors
     assert not group(run.pid)
+
+
+def test_relations_need_no_answer(tmp_path: Path) -> None:
+    scene = tmp_path / "mine.json"
+    scene.write_bytes(library.case("furnace-channels").scene.to_json())
+    only = ("--relation", "first-hits", "--relation", "channels")
+    shared = ("--renderer", "reference", "--bounces", "1", "--tolerance", "10%", "--tile-tolerance", "50%")
+    result = validate(tmp_path, "--scene", str(scene), *only, *shared)
+    assert result.exit_code == 0, result.output
+    assert "[2/2] channels (mine) × reference: pass" in result.output
+    document = json.loads((tmp_path / "out" / "results.json").read_bytes())
+    assert document["comparisons"] == []
+    assert [(r["relation"], r["scene"]) for r in document["relations"]] == [
+        ("first-hits", "mine"),
+        ("channels", "mine"),
+    ]
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "All 2 checks passed." in page
+    assert "relation channels" in (tmp_path / "out" / "junit.xml").read_text()
+
+
+def test_relations_on_the_scene_of_a_case(tmp_path: Path) -> None:
+    """Of a case with one channel, permuting channels says nothing: nothing was compared."""
+    only = ("blend-lamp", "--relation", "superposition", "--renderer", "reference")
+    result = validate(tmp_path, *only)
+    assert result.exit_code == 5, result.output
+    assert "superposition (blend-lamp) × reference: unsupported" in result.output
+    assert "not applicable: nothing emits but" in result.output
+
+
+def test_a_relation_that_fails_ends_with_1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def far(claim: Any) -> Any:
+        return Told("fail", "7 of 9 pixels have another distance")
+
+    relation = dataclasses.replace(RELATIONS["first-hits"], claims=lambda *_: [Exact(far)])
+    monkeypatch.setattr("comparisons.relations.RELATIONS", {"first-hits": relation})
+    result = validate(tmp_path, "furnace-box", "--relation", "first-hits", "--renderer", "reference")
+    assert result.exit_code == 1, result.output
+    assert "7 of 9 pixels" in (tmp_path / "out" / "junit.xml").read_text()
+
+
+def test_cheap_relations_belong_to_the_default_run_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[list[str]] = []
+
+    def run(cases: Any, renderers: Any, settings: Any, folder: Any, observer: Any, tasks: Any) -> Any:
+        asked.append([task.relation.name for task in tasks])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("lightproof.cli.run_validation", run)
+    for arguments in ((), ("--no-relations",), ("furnace-box",), ("--family", "furnace"), ("--relations",)):
+        assert validate(tmp_path, *arguments).exit_code == 130
+    assert asked == [["first-hits", "superposition", "homogeneity"], [], [], [], asked[-1]]
+    assert set(asked[-1]) == set(RELATIONS)
 
 
 @pytest.mark.browser

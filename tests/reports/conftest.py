@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -19,6 +20,7 @@ from comparisons.results import (
     Metrics,
     Place,
     Provenance,
+    RelationResult,
     Results,
     TileResult,
     write,
@@ -201,6 +203,45 @@ def every_verdict(folder: Path) -> Results:
     results = Results(provenance=provenance, comparisons=comparisons)
     write(results, folder)
     return results
+
+
+def relation(name: str, verdict: Any, bounces: list[BounceResult], **changes: Any) -> RelationResult:
+    fields = {
+        "relation": name,
+        "claim": "",
+        "scene": "room",
+        "renderer": "mitsuba",
+        "verdict": verdict,
+        "operator": "G",
+        "statement": f"one way to {SCRIPT} = another",
+        "blind_to": "what is wrong on both sides",
+        "renderer_version": "3.7.1",
+        "channels": ["R", "G", "B"],
+        "alpha": 0.05,
+        "seconds": 2.5,
+        "spp": 64,
+        "replicates": 32,
+        "bounces": bounces,
+    }
+    return RelationResult(**(fields | changes))
+
+
+@pytest.fixture
+def with_relations(results: Results, tmp_path: Path) -> Results:
+    """The same run, which has tried relations too."""
+    tried = [
+        relation("superposition", "pass", [bounce(k, "pass", 0.002) for k in range(3)]),
+        relation("reciprocity", "fail", [bounce(1, "fail", 0.04), bounce(2, "pass")], claim="25° and 50°"),
+        relation("seeds", "fail", [], message="it takes no notice of its seed", operator="estimator"),
+        relation(
+            "linearity", "inconclusive", [bounce(0, "inconclusive", 0.009)], message="the budget was used up"
+        ),
+        relation("homogeneity", "unsupported", [], message=f"not applicable: {SCRIPT}{CONTROL}"),
+        relation("scaling", "error", [], message="exit code 139", log=["starting", f"]]> {SCRIPT}"]),
+    ]
+    changed = msgspec.structs.replace(results, relations=tried)
+    write(changed, tmp_path)
+    return changed
 
 
 @pytest.fixture(scope="module")

@@ -77,3 +77,21 @@ def test_a_verdict_that_no_bounce_carries_is_never_green(
     empty = msgspec.structs.replace(results.comparisons[0], verdict=verdict, bounces=[])
     [test] = by_name(msgspec.structs.replace(results, comparisons=[empty]), tmp_path).values()
     assert not test.is_passed
+
+
+def test_a_suite_per_relation_and_a_test_per_claim(with_relations: Results, tmp_path: Path) -> None:
+    found = by_name(with_relations, tmp_path)
+    assert found["superposition.mitsuba", "room"].is_passed
+    [failure] = found["reciprocity.mitsuba", "room, 25° and 50°"].result
+    assert isinstance(failure, Failure)
+    assert failure.message.startswith("In bounce 1 the first side is 4.0 % above the second")
+    [undecided] = found["linearity.mitsuba", "room"].result
+    assert (type(undecided), undecided.type) == (Error, "inconclusive")
+    assert "the budget was used up" in undecided.text
+    [skipped] = found["homogeneity.mitsuba", "room"].result
+    assert isinstance(skipped, Skipped)
+    [crash] = found["scaling.mitsuba", "room"].result
+    assert (type(crash), crash.type) == (Error, "renderer")
+    xml = JUnitXml.fromfile(str(tmp_path / "junit.xml"))
+    assert "relation seeds" in [suite.name for suite in xml]
+    assert (xml.tests, xml.failures, xml.errors, xml.skipped) == (17 + 6, 2 + 2, 2 + 2, 1 + 1)

@@ -346,3 +346,50 @@ def test_the_browser_check_notices_what_it_is_there_for(tmp_path: Path, open_rep
         path.write_text(f"<!doctype html><link rel=icon href='data:,'>{body}", encoding="utf-8")
         with pytest.raises(AssertionError):
             open_report(path, plots=False)
+
+
+# ---- relations
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "3 of 12 checks failed, 2 ended in an error, 2 stayed inconclusive.",
+        "Both sides agree: pass. A deviation of 1.4 % of the whole image would have failed with 90 % power.",
+        "In bounce 1 the first side is 4.0 % above the second (interval +3.70 to +4.30 %, tolerance ±1.0 %): fail.",
+        "it takes no notice of its seed: fail.",
+        "what is wrong on both sides",
+        "25° and 50°",
+        "exit code 139: error.",
+        "64 samples per pixel and side in 32 replicates",
+    ],
+)
+def test_the_page_says_of_relations(with_relations: Results, tmp_path: Path, said: str) -> None:
+    assert said in rendered(tmp_path).text
+
+
+def test_texts_of_relations_are_escaped(with_relations: Results, tmp_path: Path) -> None:
+    page = rendered(tmp_path)
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<script>alert" not in text
+    assert not re.search("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe]", text.replace("\r", ""))
+    anchors = {a["id"] for _, a in page.tags if a.get("id")}
+    assert {str(a["href"])[1:] for a in page.all("a") if str(a["href"]).startswith("#")} <= anchors
+
+
+def test_a_run_of_relations_alone(with_relations: Results, tmp_path: Path) -> None:
+    write(msgspec.structs.replace(with_relations, comparisons=[]), tmp_path)
+    page = rendered(tmp_path)
+    assert "This run tried relations only." in page.text
+    assert "2 of 6 checks failed, 1 ended in an error, 1 stayed inconclusive." in page.text
+
+
+def test_a_page_without_relations_says_nothing_of_them(page: Page) -> None:
+    assert "Relations" not in page.words
+
+
+@pytest.mark.browser
+def test_relations_in_a_browser(with_relations: Results, tmp_path: Path, open_report: Any) -> None:
+    reports.render(tmp_path)
+    page = open_report(tmp_path / "report.html")
+    assert "superposition" in page.inner_text("body")

@@ -48,6 +48,21 @@ def test_misbehaviour_is_told_apart(
     assert children() <= before
 
 
+def test_first_hits(scene: Scene) -> None:
+    with RendererProcess("reference") as process:
+        assert process.first_hits(scene, timeout=60).shape == (5, 64)
+
+
+def test_first_hits_are_an_option(wrong: Any, scene: Scene) -> None:
+    with RendererProcess("wrong:right") as process:
+        with pytest.raises(Unsupported, match=r"first hits: its adapter has no first_hits\(scene\)"):
+            process.first_hits(scene, timeout=60)
+        assert process.render(scene, [0], 1, 0, timeout=60).shape == (1, 8, 8, 3)
+        process._ask = lambda request, timeout: np.zeros((5, 7))  # type: ignore[method-assign]
+        with pytest.raises(RendererFailed, match=r"hits of shape \(5, 7\), expected \(5, 64\)"):
+            process.first_hits(scene, timeout=60)
+
+
 def test_a_crash_shows_the_end_of_the_log(wrong: Any, scene: Scene) -> None:
     with RendererProcess("wrong:crash") as process, pytest.raises(RendererFailed) as caught:
         process.render(scene, [0, 1], 1, 0, timeout=60)
