@@ -235,7 +235,7 @@ def test_a_narrow_terminal_gets_a_list() -> None:
 def test_where_nothing_was_compared_there_is_no_bounce_to_show() -> None:
     out = Console(width=20, file=io.StringIO())
     comparison = SimpleNamespace(case="furnace-box", renderer="mitsuba", verdict="unsupported", bounces=[])
-    outcome: Any = SimpleNamespace(comparisons=[comparison])
+    outcome: Any = SimpleNamespace(comparisons=[comparison], relations=[])
     show_verdicts(out, outcome)
     assert flat(out.file.getvalue()) == "furnace-box × mitsuba: unsupported Nothing was compared."
 
