@@ -3,6 +3,7 @@
 # make test-all   the tests, then the reference tracer on every case at ±0.2 %: about an hour
 # make check      formatting, lint, types, import rules
 # make bench      how fast, beside Mitsuba 3, in four minutes on an idle machine; ARGS=--json for programs
+# make calibrate  how often verdicts are wrong, and what they resolve: an hour; ARGS="--part mitsuba" for a part
 # make truth     the committed data of the cases anew, in about twenty minutes
 # make schema     results.schema.json and scene.schema.json from the code
 # make pins       constraints.txt from what is installed
@@ -13,7 +14,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 INSTALLED_DEV := $(VENV)/.installed-dev
 
-.PHONY: validate test test-all check bench truth schema pins clean
+.PHONY: validate test test-all check bench calibrate truth schema pins clean
 
 validate: $(INSTALLED)
 	@$(BIN)/lightproof validate $(ARGS)
@@ -32,6 +33,9 @@ check: $(INSTALLED_DEV)
 
 bench: $(INSTALLED)
 	@$(BIN)/python -m benchmarks $(ARGS)
+
+calibrate: $(INSTALLED)
+	@$(BIN)/python -m benchmarks.calibration $(ARGS)
 
 truth: $(INSTALLED)
 	$(BIN)/python -m comparisons.truth cornell-box --spp 131072

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
+from comparisons import sequential
 from comparisons.comparison import Comparing, failed
 from comparisons.crew import Crew
+from comparisons.in_process import InProcess
 from comparisons.probe import Probe
-from comparisons.renderers import RendererError, canonical
+from comparisons.renderers import Renderer, RendererError, canonical
 from comparisons.results import Comparison
 from comparisons.settings import Observer, Settings
 from comparisons.truth import truth_of
@@ -18,22 +21,50 @@ from scenes.formats import exr
 
 
 def run(
-    cases: Sequence[Case], renderers: Sequence[str], settings: Settings, folder: Path, observer: Observer
+    cases: Sequence[Case],
+    renderers: Sequence[str | Renderer],
+    settings: Settings,
+    folder: Path,
+    observer: Observer,
 ) -> Iterator[Comparison]:
     """Compare, one after the other; images go to ``folder/images``, one folder per case.
+
+    Renderers are names, or objects of this process; see ``in_process``.
 
     Raises:
         UnknownNameError: there is no renderer of that name. Nothing has been rendered then.
         ValueError: a case has no answer for so many bounces.
     """
-    for name in renderers:
-        canonical(name)
+    for renderer in renderers:
+        if isinstance(renderer, str):
+            canonical(renderer)
     with Crew(settings.jobs) as crew:
-        probe = Probe(crew)
+        patience = settings.budget + sequential.GRACE
+        probe = Probe(crew, patience)
+        contenders = [_contender(renderer, probe, patience) for renderer in renderers]
         for case in cases:
-            yield from _against_all(
-                _adjusted(case, settings), renderers, settings, folder, crew, probe, observer
-            )
+            yield from _against_all(_adjusted(case, settings), contenders, settings, folder, crew, observer)
+
+
+class _Contender(NamedTuple):
+    """A renderer of the run, by the name that it is shown by; one of this process is a guest."""
+
+    name: str
+    probe: Probe
+    guest: InProcess | None = None
+
+    def complaint(self) -> RendererError | None:
+        """What is wrong with it whatever the case; see ``Probe``."""
+        if self.guest is None:
+            return self.probe.complaint(canonical(self.name))
+        return None if self.guest.traits.deterministic else self.probe.complaint(self.guest.name)
+
+
+def _contender(renderer: str | Renderer, probe: Probe, patience: float) -> _Contender:
+    if isinstance(renderer, str):
+        return _Contender(renderer, probe)
+    guest = InProcess(renderer)
+    return _Contender(guest.short_name, Probe(guest, patience), guest)
 
 
 def _adjusted(case: Case, settings: Settings) -> Case:
@@ -51,34 +82,33 @@ def _adjusted(case: Case, settings: Settings) -> Case:
 
 def _against_all(
     case: Case,
-    renderers: Sequence[str],
+    contenders: Sequence[_Contender],
     settings: Settings,
     folder: Path,
     crew: Crew,
-    probe: Probe,
     observer: Observer,
 ) -> Iterator[Comparison]:
     """The truth once, then every renderer against it."""
-    observer.started(case.name, renderers[0])
+    observer.started(case.name, contenders[0].name)
     images = folder / "images" / case.name
     images.mkdir(parents=True, exist_ok=True)
     try:
         truth = truth_of(case, crew, lambda share: observer.progressed(share, "estimating the truth"))
         exr.write_bounces(images / "truth.exr", truth.mean, truth.stderr, wavelengths=case.wavelengths)
     except (RendererError, exr.ImageError, OSError) as error:
-        for renderer in renderers:
-            comparison = failed(case, renderer, settings, RendererError(f"there is no truth: {error}"))
+        for contender in contenders:
+            comparison = failed(case, contender.name, settings, RendererError(f"there is no truth: {error}"))
             observer.finished(comparison)
             yield comparison
         return
-    for i, renderer in enumerate(renderers):
+    for i, (name, _, guest) in enumerate(contenders):
         if i:
-            observer.started(case.name, renderer)
-        complaint = probe.complaint(canonical(renderer))
+            observer.started(case.name, name)
+        complaint = contenders[i].complaint()
         comparison = (
-            failed(case, renderer, settings, complaint)
+            failed(case, name, settings, complaint)
             if complaint
-            else Comparing(case, renderer, truth, settings, crew, observer).run(folder)
+            else Comparing(case, name, truth, settings, guest or crew, observer, guest).run(folder)
         )
         observer.finished(comparison)
         yield comparison

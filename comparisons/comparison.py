@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from comparisons.crew import Crew
+from comparisons.in_process import InProcess
 from comparisons.known import Deviation, declared
-from comparisons.metrics import partial_sum_metrics
+from comparisons.metrics import partial_sum_metrics, term_metrics
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Comparison, Images, Look
@@ -38,15 +39,24 @@ class Comparing:
     """The work of one comparison; ``run`` does it."""
 
     def __init__(
-        self, case: Case, renderer: str, truth: Truth, settings: Settings, crew: Crew, observer: Observer
+        self,
+        case: Case,
+        renderer: str,
+        truth: Truth,
+        settings: Settings,
+        crew: Crew,
+        observer: Observer,
+        guest: InProcess | None = None,
     ) -> None:
+        """Of a renderer by its name; or of the guest, an object of this process, which is the crew then."""
         self.case, self.truth, self.settings, self.crew, self.observer = case, truth, settings, crew, observer
-        self.shown_name, (self.name, self.notes) = renderer, _judged_as(case, canonical(renderer))
+        full_name = guest.name if guest else canonical(renderer)
+        self.shown_name, (self.name, self.notes) = renderer, _judged_as(case, full_name)
         self.regions = Regions.of(*case.scene.shape[:2], case.tiles)
         self.truth_means = self.regions.means(truth.mean)
         self.truth_errors = self.regions.stderr(truth.stderr)
         self.denominators = denominators(self.truth_means)
-        self.traits = traits(self.name)
+        self.traits = guest.traits if guest else traits(self.name)
         self.found: dict[int, BounceResult] = {}
         self.looks: list[Look] = []
 
@@ -186,7 +196,7 @@ class Comparing:
         gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
         vanished = [f"Bounce {k}: the declared deviation has vanished; remove its entry." for k in gone]
         return Comparison(
-            **_about(self.case, self.shown_name, self.settings),
+            **about(self.case, self.shown_name, self.settings),
             verdict=overall(b.verdict for b in bounces),
             seconds=sampler.seconds,
             spp=max(b.spp for b in bounces),
@@ -195,6 +205,7 @@ class Comparing:
             renderer_version=version,
             looks=self.looks,
             metrics=partial_sum_metrics(mean, self.truth.mean),
+            term_metrics=term_metrics(mean, self.truth.mean),
             images=images,
             truth_source=self.truth.source,
             message=_undecided(bounces, self.settings.budget),
@@ -233,7 +244,7 @@ def failed(
 ) -> Comparison:
     """The comparison that an error, or a feature that is missing, has made of it."""
     return Comparison(
-        **_about(case, renderer, settings),
+        **about(case, renderer, settings),
         verdict="unsupported" if isinstance(error, Unsupported) else "error",
         seconds=seconds,
         spp=0,
@@ -246,7 +257,7 @@ def failed(
     )
 
 
-def _about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
+def about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
     """The fields of a comparison that its outcome has no part in."""
     height, width, channels = case.scene.shape
     regions = Regions.of(height, width, case.tiles)

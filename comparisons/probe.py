@@ -13,16 +13,20 @@ from comparisons.renderers import RendererError, RendererFailed, Unsupported, tr
 from scenes import library
 
 _SEEDS = (1_000_003, 2_000_003)
-_TIMEOUT = 120.0
 _BOUNCE = 1
 """Direct light from a lamp with an extent: a sample of it differs from another one, whatever the strategy."""
 
 
 class Probe:
-    """Asks each renderer once and remembers the answer."""
+    """Asks each renderer once and remembers the answer.
 
-    def __init__(self, crew: Crew) -> None:
-        self._crew = crew
+    Args:
+        crew: whom to ask.
+        timeout: seconds after which one that gives no answer is stopped.
+    """
+
+    def __init__(self, crew: Crew, timeout: float) -> None:
+        self._crew, self._timeout = crew, timeout
         self._heard: dict[str, RendererError | None] = {}
 
     def complaint(self, name: str) -> RendererError | None:
@@ -39,12 +43,13 @@ class Probe:
         scene = library.case("cornell-box").scene.resized(8, 8)
         try:
             one, other = (
-                self._crew.render(name, scene, [_BOUNCE], 1, seed, _TIMEOUT).result() for seed in _SEEDS
+                self._crew.render(name, scene, [_BOUNCE], 1, seed, self._timeout).result() for seed in _SEEDS
             )
         except Unsupported:
             return None  # of this scene; it may well render another one
         except RendererError as error:
-            return error
+            asked = "asked for the Cornell box, which tells whether it heeds its seed"
+            return type(error)(f"{error} ({asked})", error.log)
         if np.array_equal(one, other):
             return RendererFailed(
                 f"takes no notice of its seed: seeds {_SEEDS[0]} and {_SEEDS[1]} give the same image of a scene "

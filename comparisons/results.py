@@ -129,12 +129,52 @@ class BounceResult(Struct, frozen=True, kw_only=True):
 
 
 class Metrics(Struct, frozen=True, kw_only=True):
-    """Image metrics of the partial sum E + TE + … + TⁿE, n = ``bounces``. They inform, they never decide."""
+    """Image metrics of one image; formulas: ``comparisons.metrics``. They inform, they never decide."""
 
-    bounces: int
+    bounces: Annotated[int, Meta(description="which bounce, or the last one of the sum")]
     nrmse: float | None
     psnr: float | None
     ssim: float | None
+    rmse: float | None = None
+    rel_mse: float | None = None
+    flip: Annotated[float | None, Meta(description="HDR-FLIP, mean over pixels")] = None
+    delta_e: Annotated[float | None, Meta(description="CIEDE2000, mean over pixels")] = None
+
+
+class Outlier(Struct, frozen=True, kw_only=True):
+    """A single pixel that holds far more than its surroundings."""
+
+    x: int
+    y: Annotated[int, Meta(description="row 0 is the top")]
+    channel: str
+    value: float
+    truth: float
+
+
+class ResidualNoise(Struct, frozen=True, kw_only=True):
+    """What the residuals of one image say of its noise; ``comparisons.statistics.residuals``."""
+
+    correlation: Annotated[float, Meta(description="of neighbouring pixels' residuals")]
+    correlation_error: Annotated[float, Meta(description="its standard error if they are independent")]
+    reach: Annotated[
+        int | None, Meta(description="pixels; 0: independent; null: noise and a smooth bias look alike")
+    ]
+    inflation: Annotated[float, Meta(description="of the variance of a tile's mean, by correlation")]
+    outliers: int
+    brightest_outliers: list[Outlier]
+
+
+class SingleImage(Struct, frozen=True, kw_only=True):
+    """A finished image from anywhere, held against a case without replicates; ``comparisons.single_image``."""
+
+    file: str
+    summed: Annotated[bool, Meta(description="it is the sum of all bounces up to that of its only entry")]
+    independent: Annotated[
+        bool, Meta(description="its pixels were said to be; what is smooth is a bias then")
+    ]
+    noise: Annotated[list[ResidualNoise], Meta(description="per bounce, or of the sum")]
+    limits: Annotated[list[str], Meta(description="what can't be told from it")]
+    hints: Annotated[list[str], Meta(description="what it may have gone through")] = []
 
 
 class Images(Struct, frozen=True, kw_only=True):
@@ -177,13 +217,15 @@ class Comparison(Struct, frozen=True, kw_only=True):
     tiles: Annotated[tuple[int, int], Meta(description="rows and columns of the grid of tiles")]
     alpha: float
     looks: list[Look] = []
-    metrics: list[Metrics] = []
+    metrics: Annotated[list[Metrics], Meta(description="of the partial sums E + TE + … + TⁿE")] = []
+    term_metrics: Annotated[list[Metrics], Meta(description="of each term TᵏE by itself")] = []
     images: Images | None = None
     message: Annotated[str, Meta(description="why: the missing feature, the crash, the exhausted budget")] = (
         ""
     )
     log: Annotated[list[str], Meta(description="the last lines the renderer's process printed")] = []
     notes: list[str] = []
+    single_image: SingleImage | None = None
 
 
 class RelationResult(Struct, frozen=True, kw_only=True):

@@ -153,20 +153,30 @@ class Sampler:
                 kept[k] = kept[k] + moments if k in kept else moments
 
     def _pilot(self) -> int:
-        """Samples per pixel of a replicate, such that the first look comes when it should."""
-        bounces, budget = self._job.bounces, self._job.budget
-        self._submit(bounces, 1, self._job.seed).result()  # loads the scene, which must not be counted
-        spp = 1
-        while True:
-            start = time.monotonic()
-            self._submit(bounces, spp, self._job.seed).result()
-            elapsed = time.monotonic() - start
-            if elapsed > _PILOT or elapsed * 4 > budget / 8 or spp >= MOST_SPP:
-                break
+        """Samples per pixel of a replicate.
+
+        As many as let the first look come when it should; more, where asking for an image would take longer than
+        rendering it, as long as the first look comes within a quarter of the budget.
+        """
+        budget = self._job.budget
+        self._time(1)  # loads the scene, which must not be counted
+        spp, elapsed = 1, (one := self._time(1))
+        while elapsed <= max(_PILOT, 2 * one) and elapsed * 4 <= budget / 8 and spp < MOST_SPP:
             spp *= 4
-        first_look = min(self._job.first_look, budget / 8)
-        wanted = int(first_look * self._crew.jobs / MIN_REPLICATES * spp / elapsed)
-        return min(max(self._job.least_spp, wanted), MOST_SPP)
+            elapsed = self._time(spp)
+        each = max((elapsed - one) / (spp - 1), 1e-9) if spp > 1 else one
+        asking = max(one - each, 0.0)
+
+        def affordable(first_look: float) -> float:
+            return (first_look * self._crew.jobs / MIN_REPLICATES - asking) / each
+
+        wanted = max(affordable(min(self._job.first_look, budget / 8)), asking / each)
+        return int(np.clip(min(wanted, affordable(budget / 4)), self._job.least_spp, MOST_SPP))
+
+    def _time(self, spp: int) -> float:
+        start = time.monotonic()
+        self._submit(self._job.bounces, spp, self._job.seed).result()
+        return time.monotonic() - start
 
     def _submit(self, bounces: Sequence[int], spp: int, seed: int) -> Future[Images]:
         job = self._job

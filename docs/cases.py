@@ -20,6 +20,8 @@ from PIL import Image
 from reports.exposure import Pixels, automatic, encode
 from reports.quantities import number, term
 from scenes import Case
+from scenes.case import Committed, Computed, Estimate
+from scenes.formats import exr
 from scenes.library import FAMILIES, case
 from scenes.spectral import chromaticity, linear_srgb, to_xyz
 
@@ -74,14 +76,14 @@ def page(family: ModuleType) -> str:
 def section(made: Case) -> list[str]:
     """What a page says of a case."""
     images = truth(made)
-    last = "any" if made.max_bounces is None else f"up to {made.max_bounces}"
     return [
         f"## `{made.name}`\n",
         f"{made.title}.\n",
         *(_picture(made, images) if images[0, ..., 0].size > 1 else []),
         *(_table(images[:, :1, :1]) if uniform(images) and made.wavelengths is None else []),
         f"{_paragraphs(made.derivation)}\n",
-        f"- **Truth**: {made.answer.kind}, bounces {last}; {made.bounces} are asked for by default.",
+        f"- **Truth**: {made.answer.kind}, bounces {_last(made)}; {made.bounces} are asked for by default.",
+        *_error(made),
         *_spectrum(made, images),
         f"- **Source**: {made.answer.source}.".replace("..", "."),
         f"- **Blind to**: {made.blind_to}.\n",
@@ -97,6 +99,29 @@ def _picture(made: Case, images: NDArray[np.float64]) -> list[str]:
     if dark := [term(k) for k in range(len(images)) if k not in factors]:
         caption += f". No light: {', '.join(dark)}"
     return [f"![{', '.join(map(term, factors))}]({made.name}.webp)\n", f"*{caption}.*\n"]
+
+
+def _last(made: Case) -> str:
+    """The bounces for which there is an answer."""
+    if isinstance(made.answer, Committed):
+        return f"0 to {len(exr.read_bounces(made.answer.path)[0]) - 1} as data, further ones when they are asked for"
+    return "any" if made.max_bounces is None else f"up to {made.max_bounces}"
+
+
+def _error(made: Case) -> list[str]:
+    """How far an answer that is no formula may be off, bounce by bounce."""
+    if isinstance(made.answer, Computed):
+        what, errors = "Error, relative", made.answer.error
+    elif isinstance(made.answer, Estimate):
+        mean, stderr = exr.read_bounces(made.answer.path)
+        of_mean = np.sqrt((stderr**2).sum(axis=(1, 2))) / mean.sum(axis=(1, 2))
+        what, errors = "Standard error of the mean of the image, relative", tuple(of_mean.max(axis=-1))
+    else:
+        return []
+    listed = ", ".join(
+        f"{term(k)} {error:.1e}" if error else f"{term(k)} 0" for k, error in enumerate(errors)
+    )
+    return [f"- **{what}**: {listed}."]
 
 
 def _spectrum(made: Case, images: NDArray[np.float64]) -> list[str]:

@@ -131,7 +131,7 @@ def from_answer(scene: Path, answer: Path) -> Case:
         )
     last = len(mean) - 1
     return Case(
-        name=_checked_name(scene.stem, f"{scene}"),
+        name=checked_name(scene.stem, f"{scene}"),
         family="own",
         title=f"{scene.name} with the answer {answer.name}",
         scene=found,
@@ -187,12 +187,16 @@ def _made(make: Callable[[], Any], place: str) -> Case:
         raise CaseError(f"{place} raised {_described(error)}") from error
     if not isinstance(case, Case):
         raise CaseError(f"{place} returned a {type(case).__name__}: expected a scenes.Case")
-    _checked_name(case.name, place)
+    checked_name(case.name, place)
     return case
 
 
-def _checked_name(name: str, place: str) -> str:
-    """Names become those of folders and files."""
+def checked_name(name: str, place: str) -> str:
+    """The name, fit for those of folders and files.
+
+    Raises:
+        CaseError: it has other characters.
+    """
     if not _NAME.fullmatch(name):
         raise CaseError(
             f"{place}: the name {name!r} has other characters than letters, digits, '.', '_' and '-'"

@@ -1,10 +1,9 @@
-"""The command line: validate, render, answer, export, list, report."""
+"""The command line: validate, check, render, answer, export, list, report."""
 
 from __future__ import annotations
 
 import json
 import os
-import shutil
 import sys
 import traceback
 from dataclasses import replace
@@ -20,12 +19,14 @@ from comparisons.crew import Crew
 from comparisons.relations import RELATIONS, cheap_tasks
 from comparisons.renderers import RENDERERS, SHORT_NAMES, RendererError, canonical
 from comparisons.renderers.process import RendererProcess
-from comparisons.results import RESULTS_FILE, ResultsError
+from comparisons.results import ResultsError
 from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
 from comparisons.truth import truth_of
 from lightproof import exports, options, terminal
 from lightproof.cases import CaseError, announced, from_entry_point
+from lightproof.check import check
 from lightproof.choice import check_size, one_case, relation_tasks, several_cases, subject
+from lightproof.folder import prepare
 from lightproof.parameters import percents, size
 from lightproof.validate import exit_status
 from lightproof.validate import validate as run_validation
@@ -112,7 +113,7 @@ def validate(
         known=tuple(_known(known)),
         early_stop=early_stop,
     )
-    _prepare(out)
+    prepare(out)
     console = terminal.console()
     with terminal.Show(console, (len(chosen) + len(tasks)) * len(renderers)) as show:
         try:
@@ -123,6 +124,9 @@ def validate(
     terminal.show_verdicts(console, outcome)
     console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
     raise typer.Exit(exit_status(outcome))
+
+
+app.command(epilog="Exit status as of 'lightproof validate'.")(check)
 
 
 @app.command()
@@ -256,19 +260,6 @@ def _of(wavelengths: tuple[float, ...] | None) -> str:
         return ""
     ends = f"{wavelengths[0]:g} to {wavelengths[-1]:g} nm"
     return f", each of {len(wavelengths)} wavelengths from {ends} and a picture in linear sRGB"
-
-
-def _prepare(out: Path) -> None:
-    """Make the folder; what an earlier run left goes, so that the folder holds one run."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        if (out / RESULTS_FILE).exists():
-            shutil.rmtree(out / "images", ignore_errors=True)
-            for name in (RESULTS_FILE, reports.REPORT_FILE, reports.JUNIT_FILE):
-                (out / name).unlink(missing_ok=True)
-    except OSError as error:
-        message = f"{error.filename}: {error.strerror}; expected a folder that can be written"
-        raise typer.BadParameter(message, param_hint="--out") from None
 
 
 def _cases() -> list[dict[str, Any]]:

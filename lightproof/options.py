@@ -130,6 +130,32 @@ OutFolder = Annotated[
     Path,
     typer.Option("--out", metavar="DIR", help="Folder for results.json, report.html, junit.xml and images."),
 ]
+FinishedImage = Annotated[
+    Path, typer.Argument(metavar="IMAGE.exr", help="Channels R, G, B or Y, scene-linear; see also --layers.")
+]
+OfCase = Annotated[
+    str,
+    typer.Option(
+        "--case", metavar="NAME", help="See 'lightproof list cases'; or one of your own, FILE.py:NAME."
+    ),
+]
+Layers = Annotated[
+    bool,
+    typer.Option(
+        "--layers", help="The file has layers bounce0, bounce1, …, as 'lightproof answer' writes them."
+    ),
+]
+Independent = Annotated[
+    bool,
+    typer.Option(
+        "--independent",
+        help="Its pixels are: no denoiser, no filter but the box. Whatever is smooth counts as a bias then.",
+    ),
+]
+ReportFolder = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Folder for results.json, report.html, junit.xml and images."),
+]
 OutFile = Annotated[
     Path | None, typer.Option("--out", metavar="FILE.exr", help="Default: CASE-RENDERER.exr.")
 ]

@@ -15,9 +15,17 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from comparisons.results import BounceResult, Comparison, RelationResult, Results
+from comparisons.results import (
+    BounceResult,
+    Comparison,
+    Interval,
+    Metrics,
+    RelationResult,
+    ResidualNoise,
+    Results,
+)
 from reports import quantities, wording
-from reports.quantities import term
+from reports.quantities import image_name, number, term
 
 _STYLE = {
     "pass": "green",
@@ -32,10 +40,12 @@ _PLAIN_WIDTH = 10_000  # of lines that go to a file or a pipe: as long as they a
 _TABLE_WIDTH = 160  # of a terminal in which the columns of a list are wide enough to be read
 
 
-def console() -> Console:
+def console(stderr: bool = False) -> Console:
     """The standard output: colours and bars on a terminal, plain text elsewhere."""
-    found = Console(highlight=False)
-    return found if found.is_terminal else Console(highlight=False, width=_PLAIN_WIDTH, no_color=True)
+    found = Console(highlight=False, stderr=stderr)
+    if found.is_terminal:
+        return found
+    return Console(highlight=False, stderr=stderr, width=_PLAIN_WIDTH, no_color=True)
 
 
 class Show:
@@ -181,9 +191,74 @@ _CAPTION = (
 def _cell(result: BounceResult) -> Text:
     mark = {"pass": "", "fail": "!", "inconclusive": "?", "known": "~"}[result.verdict]
     tile = "t" if result.decided_by == "tile" else ""
-    bias = quantities.bias(result.bias, result.interval).removesuffix(" %").replace(" ± ", "±")
-    return Text(f"{bias}{mark}{tile}", _STYLE[result.verdict])
+    return Text(f"{_bias(result.bias, result.interval)}{mark}{tile}", _STYLE[result.verdict])
 
 
 def _labelled(result: BounceResult) -> Text:
     return Text(f"{term(result.bounce):>4} ").append(_cell(result))
+
+
+def _bias(bias: float, interval: Interval) -> str:
+    return quantities.bias(bias, interval).removesuffix(" %").replace(" ± ", "±")
+
+
+def show_single_image(out: Console, comparison: Comparison) -> None:
+    """What was found of one finished image: a line per bounce, or one for the sum, and what can't be told."""
+    size = f"{comparison.width}x{comparison.height}"
+    out.print(Text(f"{comparison.renderer} × {comparison.case}, {size}: ").append(_verdict(comparison)))
+    found = comparison.single_image
+    if comparison.bounces:
+        table = Table(box=box.SIMPLE_HEAD)
+        of_region = ("bias", "tolerance", "detectable")
+        for heading in ("image", *of_region, "worst tile", *of_region):
+            table.add_column(heading, no_wrap=True)
+        for b in comparison.bounces:
+            table.add_row(image_name(comparison, b.bounce), *_of_image_and_tile(b))
+        out.print(table)
+        out.print(_SINGLE_CAPTION)
+        out.print(f"{_metrics(comparison.metrics[-1])}: these inform, they decide nothing", soft_wrap=True)
+    for line in filter(None, (comparison.message, *comparison.notes)):
+        out.print(line, soft_wrap=True)
+    if found is not None:
+        for b, noise in zip(comparison.bounces, found.noise, strict=True):
+            if noise.outliers:
+                out.print(f"{image_name(comparison, b.bounce)}: {_outliers(noise)}", soft_wrap=True)
+        for hint in found.hints:
+            out.print(Text("Hint: ", "bold").append(hint, ""), soft_wrap=True)
+        out.print("What can't be told:")
+        for limit in found.limits:
+            out.print(f"- {limit}", soft_wrap=True)
+
+
+def _of_image_and_tile(b: BounceResult) -> tuple[str | Text, ...]:
+    tile, place = b.worst_tile, b.worst_tile.place
+    sizes = (b.tolerance, b.detectable_bias, b.tile_tolerance, tile.detectable_bias)
+    tolerance, detectable, tile_tolerance, tile_detectable = (f"{100 * size:.2f}" for size in sizes)
+    where = f"x {place.x0}-{place.x1 - 1}, y {place.y0}-{place.y1 - 1}"
+    tile_bias = _bias(tile.bias, tile.interval)
+    return _cell(b), tolerance, detectable, where, tile_bias, tile_tolerance, tile_detectable
+
+
+def _metrics(of: Metrics) -> str:
+    """Of the whole sum, those that are defined."""
+    values = {
+        "relMSE": of.rel_mse,
+        "PSNR (dB)": of.psnr,
+        "SSIM": of.ssim,
+        "HDR-FLIP": of.flip,
+        "ΔE₀₀": of.delta_e,
+    }
+    return "; ".join(f"{name} {number(value)}" for name, value in values.items() if value is not None)
+
+
+def _outliers(noise: ResidualNoise) -> str:
+    brightest = (
+        f"({o.x}, {o.y}) {o.channel} {o.value:.3g} for {o.truth:.3g}" for o in noise.brightest_outliers
+    )
+    return f"{noise.outliers} outliers, the brightest at (x, y) = {', '.join(brightest)}"
+
+
+_SINGLE_CAPTION = (
+    "All in percent, in the channel closest to failing; a bias ± half its interval.\n"
+    "! fail   ? inconclusive   t the tiles decided   detectable: what would have failed with 90 % power"
+)

@@ -13,13 +13,23 @@ from pathlib import Path
 
 import reports
 from comparisons import campaign, relations, results
+from comparisons.renderers import Renderer
 from comparisons.results import Comparison, Provenance, RelationResult, Results, Verdict
 from comparisons.sequential import first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.verdict import overall
 from scenes import Case
 
-_PACKAGES = ("lightproof", "numpy", "scipy", "mitsuba", "OpenImageIO", "scikit-image")
+_PACKAGES = (
+    "lightproof",
+    "numpy",
+    "scipy",
+    "mitsuba",
+    "OpenImageIO",
+    "colour-science",
+    "scikit-image",
+    "flip-evaluator",
+)
 
 EXIT_STATUS: dict[Verdict, int] = {
     "pass": 0,
@@ -40,7 +50,26 @@ def validate(
     observer: Observer,
     tasks: Sequence[relations.Task] = (),
 ) -> Results:
-    """Hold every case against every renderer, try the relations, and write the folder.
+    """Hold every case against every renderer, try the relations, and write the folder, report and all.
+
+    Returns, raises: as ``compare``.
+    """
+    outcome = compare(cases, renderers, settings, folder, observer, tasks)
+    reports.render(folder)
+    return outcome
+
+
+def compare(
+    cases: Sequence[Case],
+    renderers: Sequence[str | Renderer],
+    settings: Settings,
+    folder: Path,
+    observer: Observer,
+    tasks: Sequence[relations.Task] = (),
+) -> Results:
+    """Hold every case against every renderer, try the relations, and write ``results.json`` and the images.
+
+    Renderers are names, or objects of this process (``comparisons.in_process``), on which no relation is tried.
 
     Returns:
         What ``results.json`` holds.
@@ -53,20 +82,19 @@ def validate(
     related: list[RelationResult] = []
 
     def write() -> Results:
-        provenance = _provenance(settings, date, time.monotonic() - start)
-        outcome = Results(provenance=provenance, comparisons=comparisons, relations=related)
+        made = provenance(settings, date, time.monotonic() - start)
+        outcome = Results(provenance=made, comparisons=comparisons, relations=related)
         results.write(outcome, folder)
         return outcome
 
     for comparison in campaign.run(cases, renderers, settings, folder, observer):
         comparisons.append(comparison)
         write()  # after each, so that a run that is cut short keeps what it has found
-    for result in relations.run(tasks, renderers, settings, observer):
+    named = [renderer for renderer in renderers if isinstance(renderer, str)]
+    for result in relations.run(tasks, named, settings, observer):
         related.append(result)
         write()
-    outcome = write()
-    reports.render(folder)
-    return outcome
+    return write()
 
 
 def exit_status(outcome: Results) -> int:
@@ -75,7 +103,8 @@ def exit_status(outcome: Results) -> int:
     return EXIT_STATUS[overall(verdicts)]
 
 
-def _provenance(settings: Settings, date: datetime, seconds: float) -> Provenance:
+def provenance(settings: Settings, date: datetime, seconds: float) -> Provenance:
+    """What is needed to repeat a run that began at that date and took so long."""
     return Provenance(
         date=date.isoformat(timespec="seconds"),
         command_line=[Path(sys.argv[0]).name, *sys.argv[1:]],

@@ -9,11 +9,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from comparisons import results as _results
-from reports import html, junit
-from reports.html import REPORT_FILE
-from reports.junit import JUNIT_FILE
 
 __all__ = ["JUNIT_FILE", "REPORT_FILE", "render"]
+
+REPORT_FILE, JUNIT_FILE = "report.html", "junit.xml"
 
 
 def render(folder: Path) -> list[Path]:
@@ -30,5 +29,7 @@ def render(folder: Path) -> list[Path]:
         ResultsError: there is no ``results.json``, or it can't be read.
         OSError: a file can't be written.
     """
+    from reports import html, junit  # plots take long to import, and most tests of a renderer make no report
+
     results = _results.read(folder)
     return [html.write(results, folder), junit.write(results, folder)]

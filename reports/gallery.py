@@ -58,16 +58,19 @@ class Gallery:
     rows: list[tuple[str, list[Picture]]]
 
 
-def of_bounces(images: BounceImages, bounces: list[BounceResult]) -> Gallery:
+def of_bounces(
+    images: BounceImages, bounces: list[BounceResult], term: Callable[[int], str] = quantities.term
+) -> Gallery:
     """One column per term E, TE, T²E, …, with the difference also in units of its standard error.
 
     Args:
         images: both sides.
         bounces: what was found; the worst tile is marked in those that didn't pass.
+        term: what each column is called.
     """
     whole = float(images.truth.sum(axis=0).mean())
-    gallery = _compared(images, images.truth, images.renderer, quantities.term, whole)
-    markers = {b.bounce: _marker(b, images.size) for b in bounces if b.verdict != "pass"}
+    gallery = _compared(images, images.truth, images.renderer, term, whole)
+    markers = {k: _marker(b, images.size) for k, b in enumerate(bounces) if b.verdict != "pass"}
     name, differences = gallery.rows[-1]
     marked = [replace(picture, marker=markers.get(k)) for k, picture in enumerate(differences)]
     rows = [*gallery.rows[:-1], (name, marked)]

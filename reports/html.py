@@ -15,11 +15,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from comparisons.results import Results
-from reports import difference, quantities, sections, wording
+from reports import REPORT_FILE, difference, quantities, sections, wording
 from reports.plain import plain
 from reports.sections import Section
 
-REPORT_FILE = "report.html"
 FEW = 6
 """Up to so many comparisons all sections are open, and the table of verdicts is index enough."""
 
@@ -56,13 +55,22 @@ def write(results: Results, folder: Path) -> Path:
             symbols=_SYMBOLS,
             index=_INDEX,
             few=FEW,
-            columns=max((len(c.bounces) for c in results.comparisons), default=0),
+            heads=_heads(results),
             palette=difference.PALETTE,
         )
     )
     path = folder / REPORT_FILE
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def _heads(results: Results) -> list[tuple[str, str]]:
+    """What the columns of the table of verdicts are called: bounces, or the sum that a finished image is."""
+    longest = max(results.comparisons, key=lambda c: len(c.bounces), default=None)
+    if longest is None:
+        return []
+    title = "Sum" if quantities.is_sum(longest) else "Bounce {}"
+    return [(title.format(b.bounce), quantities.image_name(longest, b.bounce)) for b in longest.bounces]
 
 
 def _embedded(parts: Sequence[Section]) -> tuple[Markup, dict[str, Markup]]:
@@ -99,11 +107,16 @@ def _environment() -> Environment:
         "date": quantities.date,
         "duration": quantities.duration,
         "term": quantities.term,
-        "partial_sum": quantities.partial_sum,
         "command": shlex.join,
         "web_link": web_link,
     }
-    environment.globals |= {"bias": quantities.bias}
+    environment.globals |= {
+        "bias": quantities.bias,
+        "image_name": quantities.image_name,
+        "is_sum": quantities.is_sum,
+        "term": quantities.term,
+        "partial_sum": quantities.partial_sum,
+    }
     return environment
 
 

@@ -20,10 +20,8 @@ from typing import Any
 from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
 from comparisons.results import BounceResult, Comparison, RelationResult, Results
-from reports import wording
+from reports import JUNIT_FILE, wording
 from reports.plain import plain
-
-JUNIT_FILE = "junit.xml"
 
 
 def write(results: Results, folder: Path) -> Path:
@@ -52,7 +50,7 @@ def _tests(comparison: Comparison) -> list[Any]:
     name = plain(f"{comparison.case}.{comparison.renderer}")
     tests = []
     for bounce in comparison.bounces:
-        test = TestCase(f"bounce {bounce.bounce}", name)
+        test = TestCase(wording.subject(comparison, bounce).removeprefix("The ").lower(), name)
         _judge_bounce(test, bounce, comparison)
         tests.append(test)
     # a verdict that no bounce carries still has to turn the run red, so it gets a test of its own
@@ -67,7 +65,7 @@ def _tests(comparison: Comparison) -> list[Any]:
 
 
 def _judge_bounce(test: Any, bounce: BounceResult, comparison: Comparison) -> None:
-    message = plain(wording.bounce_finding(bounce))
+    message = plain(wording.bounce_finding(bounce, wording.subject(comparison, bounce)))
     known = bounce.known
     declared = f"Known deviation, {known.state}: {known.reason} {known.link}" if known else ""
     if bounce.verdict == "fail":

@@ -9,7 +9,7 @@ from bokeh.models import ColumnDataSource, FixedTicker, HoverTool, Range1d, Whis
 from bokeh.plotting import figure
 
 from comparisons.results import BounceResult, Comparison
-from reports.quantities import decimal_label, term
+from reports.quantities import decimal_label, image_name
 
 _TRUTH, _RENDERER, _TILE = "#2b6cb0", "#c2410c", "#6b7280"
 _TEXT, _GRID = "#4b5563", "#d1d5db"
@@ -28,7 +28,7 @@ def energy(comparison: Comparison) -> tuple[Any, list[int]]:
     if not positive:
         return None, dark
     bottom, top = min(positive) / 3, max(positive) * 3
-    plot = _figure(bounces, "mean radiance", y_axis_type="log", y_range=Range1d(bottom, top))
+    plot = _figure(comparison, "mean radiance", y_axis_type="log", y_range=Range1d(bottom, top))
     # Bokeh's own ticks crowd below two decades and look linear there
     labels = _log_ticks(bottom, top)
     plot.yaxis.ticker = FixedTicker(ticks=list(labels))
@@ -61,7 +61,7 @@ def bias(comparison: Comparison) -> Any:
         end for b in bounces for end in (*b.interval, *b.worst_tile.interval, b.tolerance, b.tile_tolerance)
     ]
     limit = 108 * max(map(abs, ends))
-    plot = _figure(bounces, "bias, %", y_range=Range1d(-limit, limit))
+    plot = _figure(comparison, "bias, %", y_range=Range1d(-limit, limit))
     x = [b.bounce for b in bounces]
     for name, width, colour, tolerances in (
         ("tile tolerance", 0.9, "#eceff3", [100 * b.tile_tolerance for b in bounces]),
@@ -97,20 +97,21 @@ def _ends(bounce: BounceResult) -> tuple[float, float]:
     return bounce.truth_mean + low * bounce.denominator, bounce.truth_mean + high * bounce.denominator
 
 
-def _figure(bounces: list[BounceResult], label: str, **options: Any) -> Any:
+def _figure(comparison: Comparison, label: str, **options: Any) -> Any:
+    bounces = comparison.bounces
     plot = figure(
         height=270,
         sizing_mode="stretch_width",
         tools="",
         toolbar_location=None,
         y_axis_label=label,
-        x_range=Range1d(-0.6, max(b.bounce for b in bounces) + 0.6),
+        x_range=Range1d(bounces[0].bounce - 0.6, bounces[-1].bounce + 0.6),
         **options,
     )
     plot.background_fill_color = plot.border_fill_color = None
     plot.outline_line_color = None
     plot.xaxis.ticker = FixedTicker(ticks=[b.bounce for b in bounces])
-    plot.xaxis.major_label_overrides = {b.bounce: term(b.bounce) for b in bounces}
+    plot.xaxis.major_label_overrides = {b.bounce: image_name(comparison, b.bounce) for b in bounces}
     plot.xgrid.grid_line_color = None
     plot.ygrid.grid_line_color = _GRID
     plot.axis.axis_line_color = plot.axis.major_tick_line_color = _TEXT

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from datetime import UTC, datetime
 
-from comparisons.results import Interval
+from comparisons.results import Comparison, Interval
 
 EXACT = "0 (exact)"
 """A bias that has neither size nor noise."""
@@ -86,6 +86,16 @@ def term(bounce: int) -> str:
 def partial_sum(bounces: int) -> str:
     """The sum up to a bounce: ``E``, ``E + TE``, ``E + … + T²E``."""
     return ["E", "E + TE"][bounces] if bounces < 2 else f"E + … + {term(bounces)}"
+
+
+def is_sum(comparison: Comparison) -> bool:
+    """Whether its only entry is the sum of all bounces, of a finished image."""
+    return comparison.single_image is not None and comparison.single_image.summed
+
+
+def image_name(comparison: Comparison, bounce: int) -> str:
+    """What an entry is about: a term of the series, or their sum."""
+    return partial_sum(bounce) if is_sum(comparison) else term(bounce)
 
 
 def _decimals(value: float) -> int:

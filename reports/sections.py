@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from comparisons.results import Comparison
-from reports import gallery, images, plots, wording
+from reports import gallery, images, plots, quantities, wording
 from reports.gallery import Gallery
 
 
@@ -18,7 +18,8 @@ class Pictures:
     """The galleries of a comparison."""
 
     bounces: Gallery
-    sums: Gallery
+    sums: Gallery | None
+    """None where the only image is a sum."""
     grey_of: int
     """How many channels each grey pixel is the mean of; 0 for pictures in colour."""
     wavelengths: int
@@ -52,7 +53,7 @@ def build(comparison: Comparison, anchor: str, folder: Path) -> Section:
     """
     pictures, problem = _pictures(comparison, folder)
     energy, dark = plots.energy(comparison)
-    figures = {"energy": energy, "bias": plots.bias(comparison)}
+    figures = {"energy": None if quantities.is_sum(comparison) else energy, "bias": plots.bias(comparison)}
     return Section(
         anchor=anchor,
         comparison=comparison,
@@ -74,7 +75,12 @@ def _pictures(comparison: Comparison, folder: Path) -> tuple[Pictures | None, st
         return None, f"The images can't be shown. {error}"
     channels = both.truth.shape[-1]
     with np.errstate(invalid="ignore", over="ignore"):  # pixels that aren't finite are shown, not warned of
-        bounces, sums = gallery.of_bounces(both, comparison.bounces), gallery.of_partial_sums(both)
+        if quantities.is_sum(comparison):
+            last = comparison.bounces[0].bounce
+            bounces = gallery.of_bounces(both, comparison.bounces, lambda k: quantities.partial_sum(last))
+            sums = None
+        else:
+            bounces, sums = gallery.of_bounces(both, comparison.bounces), gallery.of_partial_sums(both)
     spectral = both.wavelengths is not None
     return Pictures(
         bounces,

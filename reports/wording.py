@@ -69,17 +69,23 @@ def finding(comparison: Comparison) -> str:
     if not found:
         return f"The comparison ended as {verdict}."
     first, rest = found[0], [str(bounce.bounce) for bounce in found[1:]]
-    sentence = bounce_finding(first)
+    sentence = bounce_finding(first, subject(comparison, first))
     if rest:
         noun = "Bounce" if len(rest) == 1 else "Bounces"
         sentence += f" {noun} {_enumeration(rest)} ended the same way."
     return sentence
 
 
-def bounce_finding(bounce: BounceResult) -> str:
+def subject(comparison: Comparison, bounce: BounceResult) -> str:
+    """What the sentence about an entry is about: ``Bounce 1``, or a finished image's ``sum of bounces 0 to 5``."""
+    summed = quantities.is_sum(comparison)
+    return f"The sum of bounces 0 to {bounce.bounce}" if summed else f"Bounce {bounce.bounce}"
+
+
+def bounce_finding(bounce: BounceResult, subject: str) -> str:
     """One bounce in a sentence: ``Bounce 1 is 1.3 % high (interval …, tolerance ±0.5 %): fail.``"""
     bias, interval, tolerance = _evidence(bounce)
-    where = f"Bounce {bounce.bounce}" + (f" in {tile_name(bounce)}" if bounce.decided_by == "tile" else "")
+    where = subject + (f" in {tile_name(bounce)}" if bounce.decided_by == "tile" else "")
     numbers = f"interval {quantities.interval(interval)}, tolerance ±{quantities.percent(tolerance)}"
     if bounce.verdict == "pass":
         return f"{where} agrees with the truth ({numbers}): pass."
@@ -123,6 +129,7 @@ def _agreement(comparison: Comparison) -> str:
     if not bounces:
         return "The comparison ended as pass."
     who = "The only bounce agrees" if len(bounces) == 1 else f"All {len(bounces)} bounces agree"
+    who = f"{subject(comparison, bounces[0])} agrees" if quantities.is_sum(comparison) else who
     whole = quantities.percent(max(bounce.detectable_bias for bounce in bounces))
     tile = quantities.percent(max(bounce.worst_tile.detectable_bias for bounce in bounces))
     return (

@@ -5,7 +5,7 @@ power at the bias that a run says it could detect; what a minute resolves; how l
 
     noise.py       noise of replicates: normal, skewed, fireflies, heavy tails
     simulated.py   verdicts on noise that was drawn from these
-    real.py        whole comparisons against the reference tracer, with a truth that is off by just so much
+    real.py        whole comparisons of real renders, with a truth that is off by just so much
     mitsuba.py     resolution of a minute, duration of the default run
-    rates.py       counts of verdicts against what was promised
+    rates.py, limits.py   counts and figures against what was promised
 """

@@ -86,7 +86,7 @@ class RendererProcess:
                 is not finite.
         """
         image = self._ask(Render(scene, list(bounces), spp, seed), timeout)
-        _check(image, bounces, scene)
+        check_image(image, bounces, scene)
         return image
 
     def first_hits(self, scene: Scene, timeout: float) -> Hits:
@@ -177,8 +177,12 @@ class RendererProcess:
         self.close()
 
 
-def _check(image: Images, bounces: Sequence[int], scene: Scene) -> None:
-    """Refuse what is no image of these bounces of the scene."""
+def check_image(image: Images, bounces: Sequence[int], scene: Scene) -> None:
+    """Refuse what is no image of these bounces of the scene.
+
+    Raises:
+        RendererFailed: its shape is another, or a value is not finite.
+    """
     shape = (len(bounces), *scene.shape)
     if image.shape != shape:
         raise RendererFailed(

@@ -180,7 +180,7 @@ def biases(
         own=Range(bias - own[0] * error, bias + own[1] * error),
         simultaneous=Range(bias - simultaneous[0] * cautious, bias + simultaneous[1] * cautious),
         resolution=power.resolution(simultaneous, tails, spread, freedom) * cautious,
-        p_value=_p_values(bias, error, freedom),
+        p_value=p_values(bias, error, freedom),
     )
 
 
@@ -197,7 +197,8 @@ def _at_least_shared(measured: Means, truth: Means, denominator: Array) -> Array
     return np.where(off_the_truth, np.maximum(measured.error, least), measured.error)
 
 
-def _p_values(bias: Array, error: Array, freedom: Array) -> Array:
+def p_values(bias: Array, error: Array, freedom: Array) -> Array:
+    """Of no bias at all, two-sided; 1 where there is no noise."""
     noisy = error > 0
     t = np.divide(np.abs(bias), error, out=np.zeros_like(bias), where=noisy)
     return np.where(noisy, 2 * stats.t.sf(t, freedom), 1.0)

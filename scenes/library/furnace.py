@@ -48,7 +48,12 @@ _BLIND_TO = (
     "or a flipped image changes nothing as long as energy is kept"
 )
 
-_SOURCE = "white furnace test; TE = ρe follows from ∫ (ρ/π) cos θ dl = ρ"
+_SOURCE = (
+    "white furnace test; TE = ρe follows from ∫ (ρ/π) cos θ dl = ρ; Szirmay-Kalos, Kovács and Abbas 2001, Testing "
+    "Monte-Carlo Global Illumination Methods with Analytically Computable Scenes, WSCG, p. 419–426, for the sum "
+    "e / (1 − ρ)"
+)
+_SOURCE_CONVEX = "white furnace test; TE = ρe follows from ∫ (ρ/π) cos θ dl = ρ; the outline is exact"
 
 _GLOW = AreaLight((1.0, 2.0, 0.5))
 _RHO = (0.9, 0.5, 0.2)
@@ -72,7 +77,7 @@ def reflected_share(material: Material) -> tuple[float, ...]:
                      "blend of such that agree")  # fmt: skip
 
 
-def _uniform(scene: Scene, bounces: int) -> Images:
+def uniform_field(scene: Scene, bounces: int) -> Images:
     """E ρᵏ in every pixel.
 
     Raises:
@@ -106,7 +111,7 @@ def _convex(scene: Scene, bounces: int) -> Images:
 def _furnace(name: str, title: str, scene: Scene, **other: Any) -> Case:
     """A case of this family; ``other`` are fields that differ from the usual ones."""
     usual: dict[str, Any] = {
-        "answer": Formula(_uniform, _SOURCE),
+        "answer": Formula(uniform_field, _SOURCE),
         "bounces": 5,
         "tolerance": Tolerance(image=(0.005,), tile=(0.02,)),
         "derivation": _DERIVATION,
@@ -260,7 +265,7 @@ def furnace_convex() -> Case:
         "furnace-convex",
         "A ball in a constant environment: E beside it, TE = ρe on it, then nothing",
         Scene((ball,), sensor, (ConstantEnvironment((1.0, 2.0, 0.5)),)),
-        answer=Formula(_convex, _SOURCE + "; the outline is exact"),
+        answer=Formula(_convex, _SOURCE_CONVEX),
         bounces=3,
         derivation=_CONVEX,
         blind_to="wrongly distributed rays, since the environment is the same all round; occlusion: a ball is convex",

@@ -22,6 +22,10 @@ by: the root mean square of its pixels, relative to the mean of the image."""
 # a hundred times the error and more; what a renderer's own noise allows in later bounces
 _TOLERANCE = Tolerance(image=(0.005, 0.005, 0.01, 0.02), tile=(0.025, 0.025, 0.05, 0.1))
 
+_RESOLVED = """
+The reference tracer is not held to ±0.2 % at every bounce, since few paths carry the later ones:
+in a quarter of the image 1.5 million of them resolve {} % of TE to T⁵E."""
+
 _BLIND_TO = "specular reflection and every emitter but an area light"
 
 
@@ -35,7 +39,10 @@ def cornell_box_empty() -> Case:
         answer=Computed("cornell-box-empty.exr"),
         bounces=5,
         tolerance=_TOLERANCE,
-        derivation=f"{_METHOD} The box is convex: everything in it sees everything it faces.",
+        derivation=(
+            f"{_METHOD}\nThe box is convex: everything in it sees everything it faces."
+            + _RESOLVED.format("0.2, 1, 3, 5 and 7")
+        ),
         blind_to=f"visibility: no surface hides another; {_BLIND_TO}",
     )
 
@@ -61,9 +68,11 @@ def facing_squares() -> Case:
         bounces=5,
         tolerance=_TOLERANCE,
         derivation=(
-            f"{_METHOD} Neither square sees itself, so light is handed from one to the other: odd bounces are on the "
-            "upper square and nowhere else, even ones on the lamp; a bounce that is counted wrong shows on the wrong "
+            f"{_METHOD}\n"
+            "Neither square sees itself, so light is handed from one to the other: odd bounces are on the upper\n"
+            "square and nowhere else, even ones on the lamp; a bounce that is counted wrong shows on the wrong\n"
             "square. Nothing hides anything, and most light leaves the scene."
+            + _RESOLVED.format("1, 2, 5, 12 and 15")
         ),
         blind_to=f"visibility; light that comes back from all around; {_BLIND_TO}",
     )

@@ -151,7 +151,9 @@ The light inside the slab meets both faces under the same angle, and Stokes's re
 inside as from outside. From the camera: R is mirrored into the sky, which is TE. 1 − R enters, and 1 − R leaves
 below: T²E = (1 − R)² e of the ground. What is reflected inside instead leaves above, then below, and so on:
 TᵏE = (1 − R)² Rᵏ⁻². Radiance changes by 1/η² on entering and by η² on leaving. The ground is black. Every
-boundary takes the light for unpolarised. Up to bounce 12 no ray comes near the sides of the slab.""",
+boundary takes the light for unpolarised. Up to bounce 12 no ray comes near the sides of the slab.
+The reference tracer is not held to ±0.2 % at every bounce, since few paths carry the later ones:
+in a quarter of the image one million of them resolve 3 % of T³E and 6 % of T⁴E.""",
         blind_to="factors of η², which cancel on the way through; small errors of refracted directions",
     )
 
@@ -198,7 +200,9 @@ All chords of a ray inside a sphere are equally long and meet it under the same 
 reflection, inside and outside. TE = R e is mirrored off the front; (1 − R)² e goes through with two refractions;
 each reflection inside multiplies by R. The factors 1/η² and η² of radiance cancel. The sum is e for every ray:
 a ball of clear glass can't be seen under a uniform sky. R follows from the ray's distance b from the centre,
-sin θ = b / r, and a pixel's average is a quadrature over it.""",
+sin θ = b / r, and a pixel's average is a quadrature over it.
+The reference tracer is not held to ±0.2 % at every bounce, since few paths carry the later ones:
+in a quarter of the image four million of them resolve 1 % of T³E and 7 % of T⁴E.""",
         blind_to="refracted directions, as long as the angle stays; factors of η², which cancel",
     )
 
@@ -219,7 +223,9 @@ def inside_glass() -> Case:
 Radiance over η² is what refraction keeps: light that enters glass is squeezed into a narrower cone, and its
 radiance grows by η². A ray from the camera leaves at once with 1 − R, or is reflected and meets the sphere again
 under the same angle: TᵏE = η² (1 − R) Rᵏ⁻¹ e, and the sum over all bounces is η² e. The camera is nearer to the
-centre than r / η, where no direction is totally reflected.""",
+centre than r / η, where no direction is totally reflected.
+The reference tracer is not held to ±0.2 % at every bounce, since few paths carry the later ones:
+in a quarter of the image two million of them resolve 1.5 % of T²E and 10 % of T³E.""",
         blind_to="total internal reflection; where refracted rays go, since the sky is the same everywhere",
     )
 

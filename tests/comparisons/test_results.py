@@ -41,6 +41,22 @@ def test_what_is_written_is_read_and_obeys_the_shipped_schema(outcome: Results, 
         jsonschema.validate(document, schema, cls=jsonschema.Draft202012Validator)
 
 
+def test_a_file_from_before_the_newer_fields_is_read(outcome: Results, tmp_path: Path) -> None:
+    path = results.write(outcome, tmp_path)
+    document = json.loads(path.read_bytes())
+    [comparison] = document["comparisons"]
+    for name in ("term_metrics", "single_image"):
+        del comparison[name]
+    for metrics in comparison["metrics"]:
+        for name in ("rmse", "rel_mse", "flip", "delta_e"):
+            del metrics[name]
+    path.write_text(json.dumps(document))
+    [found] = results.read(tmp_path).comparisons
+    assert (found.term_metrics, found.single_image) == ([], None)
+    assert found.metrics[0].flip is None
+    assert found.metrics[0].nrmse == outcome.comparisons[0].metrics[0].nrmse
+
+
 def test_the_fields_other_programs_read(outcome: Results, tmp_path: Path) -> None:
     [comparison] = json.loads(results.write(outcome, tmp_path).read_bytes())["comparisons"]
     assert {"case", "renderer", "verdict", "truth", "seconds", "spp", "replicates"} <= comparison.keys()

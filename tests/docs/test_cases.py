@@ -80,6 +80,24 @@ def test_spectral_cases_are_in_colour() -> None:
     assert line.count("(0.333, 0.333)") == 6
 
 
+def test_an_answer_that_is_no_formula_states_its_error() -> None:
+    """Of each committed bounce; the standard error in the channel in which it is largest."""
+    computed, estimated = CASES.case("facing-squares"), CASES.case("cornell-box")
+    [line] = CASES._error(computed)
+    assert line.startswith("- **Error, relative**: E 9.8e-09, TE 4.9e-08, ")
+    assert line.count("T") == 6
+    [line] = CASES._error(estimated)
+    data = estimated.answer.truth(estimated.scene, 6)
+    blue = np.linalg.norm(data.stderr[6, ..., 2]) / data.mean[6, ..., 2].sum()
+    assert line.endswith(f", T⁶E {blue:.1e}.")
+    assert CASES._error(CASES.case("furnace-box")) == []
+    assert "0 to 6 as data" in CASES._last(computed)
+    assert (CASES._last(CASES.case("furnace-box")), CASES._last(CASES.case("glass-slab"))) == (
+        "any",
+        "up to 12",
+    )
+
+
 def test_a_meter_has_a_table() -> None:
     lines = CASES._table(np.array([[[[0.0, 1.5]]], [[[0.25, 2.0]]]]))
     assert lines == ["| E | TE |", "|---|---|", "| 0, 1.5 | 0.25, 2 |\n"]

@@ -61,3 +61,9 @@ def test_the_tracer_needs_numpy_alone() -> None:
     modules = {name.split(".")[0] for name in loaded.stdout.split()}
     assert {"numpy", "scenes"} <= modules
     assert not modules & {"mitsuba", "scipy", "comparisons", "reports", "lightproof", "skimage", "bokeh"}
+
+
+def test_pytest_finds_the_plugin_in_the_wheel(wheel: Path) -> None:
+    [name] = [name for name in zipfile.ZipFile(wheel).namelist() if name.endswith("/entry_points.txt")]
+    text = zipfile.ZipFile(wheel).read(name).decode()
+    assert "[pytest11]\nlightproof = lightproof.pytest_plugin\n" in text

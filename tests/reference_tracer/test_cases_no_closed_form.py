@@ -30,7 +30,7 @@ def test_every_bounce(name: str, expect_means: Callable[..., None]) -> None:
 
 
 def test_the_first_light_around_the_corner(expect_means: Callable[..., None]) -> None:
-    """Few paths find the lamp from here: 0.4 million of them resolve 10 % of T³E, and less of it later on."""
+    """Few paths find the lamp from here: 1.6 million of them resolve 10 % of T³E, and less of it later on."""
     found = case("around-the-corner")
     scene = found.scene.resized(4, 4)
     truth = found.answer.truth(scene, 6)

@@ -17,7 +17,7 @@ import pytest
 from PIL import Image
 
 import reports
-from comparisons.results import Results, ResultsError, write
+from comparisons.results import Metrics, Results, ResultsError, write
 from reports.html import FEW, web_link
 from scenes.formats import exr
 
@@ -149,6 +149,22 @@ def test_pictures_have_alternatives_and_anchors_have_targets(page: Page) -> None
 
 def test_only_the_bounces_that_did_not_pass_carry_a_marker(page: Page) -> None:
     assert len([a for a in page.all("span") if a.get("class") == "marker"]) == 4
+
+
+def test_metrics_of_terms_and_sums(results: Results, tmp_path: Path) -> None:
+    first = results.comparisons[0]
+    of_term = Metrics(
+        bounces=1, nrmse=0.1, psnr=None, ssim=0.5, rmse=0.2, rel_mse=0.03, flip=0.0625, delta_e=1.75
+    )
+    write(
+        msgspec.structs.replace(
+            results, comparisons=[msgspec.structs.replace(first, term_metrics=[of_term])]
+        ),
+        tmp_path,
+    )
+    text = rendered(tmp_path).text
+    assert "Partial sum RMSE NRMSE relMSE PSNR, dB SSIM HDR-FLIP ΔE₀₀" in text
+    assert "TE 0.2 0.1 0.03 not defined 0.5 0.0625 1.75" in text
 
 
 @pytest.mark.parametrize("damage", ["missing", "cut short", "no image", "another size"])

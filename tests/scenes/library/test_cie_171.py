@@ -90,7 +90,7 @@ def test_pixels_of_floor_and_wall(name: str, width: int, height: int) -> None:
     tops = [first(scene, 4.5, row + 1e-6)[0] for row in range(height)]
     [edge] = np.flatnonzero(np.diff(tops))
     for row, column in ((2, 3), (height - 4, width - 3), (edge, 4)):
-        np.testing.assert_allclose(truth.mean[1, row, column], pixel(scene, row, column, 4), rtol=1e-5)
+        np.testing.assert_allclose(truth.mean[1, row, column], pixel(scene, row, column, 4), rtol=1e-7)
 
 
 @pytest.mark.parametrize("name", IN_THE_ROOM)

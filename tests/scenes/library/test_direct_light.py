@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenes import Quad, Scene
+from scenes import Quad, Scene, Sphere
 from scenes.library import case, direct_light, direct_light_of_lights, rectangles
 
 
@@ -98,6 +98,17 @@ def test_the_sun_lights_the_whole_floor_and_not_the_wall(name: str) -> None:
             assert np.isinf(distances(surface.shape, x, back)).all()
     for surface in scene.surfaces[2:]:
         assert surface.material.albedo == (0, 0, 0)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in BY_REFLECTION])
+def test_nothing_but_the_receiver_reflects(name: str) -> None:
+    """So nothing comes back to it, and T²E = 0: all else is black, and it is flat or a ball seen from outside."""
+    receiver, *others = case(name).scene.surfaces
+    assert isinstance(receiver.shape, Quad | Sphere)
+    assert not getattr(receiver.shape, "inward", False)
+    assert max(receiver.material.albedo) > 0
+    for other in others:
+        assert other.material.albedo == (0, 0, 0)
 
 
 def test_obstructions_obstruct() -> None:

@@ -144,7 +144,7 @@ def test_rough_metal_under_the_sky(spot: tuple[float, float]) -> None:
     wo = to_viewer(scene, *spot)
     turned = np.array([math.hypot(wo[0], wo[1]), 0.0, wo[2]])
     expected = albedo(scene.surfaces[0].material, turned, below=False) * scene.environment.radiance
-    np.testing.assert_allclose(answer("rough-metal-sky", *spot), expected, rtol=1e-5)
+    np.testing.assert_allclose(answer("rough-metal-sky", *spot), expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("spot", SPOTS)
@@ -154,7 +154,7 @@ def test_rough_glass_over_the_tank(spot: tuple[float, float]) -> None:
     turned = np.array([math.hypot(wo[0], wo[1]), 0.0, wo[2]])
     expected = albedo(glass, turned, below=False) * scene.environment.radiance
     expected = expected + albedo(glass, turned, below=True) * scene.surfaces[1].emission.radiance
-    np.testing.assert_allclose(answer("rough-glass-tank", *spot), expected, rtol=1e-5)
+    np.testing.assert_allclose(answer("rough-glass-tank", *spot), expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("spot", SPOTS)
