@@ -24,6 +24,7 @@ __all__ = [
     "CHEAP_BUDGET",
     "DEFAULT_BOUNCES",
     "RELATIONS",
+    "STAGES",
     "Relation",
     "Subject",
     "Task",

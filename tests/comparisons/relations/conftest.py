@@ -11,10 +11,11 @@ from typing import Any
 
 import pytest
 
-from comparisons.relations import RELATIONS, STAGES, Subject, Task, run, runner
+from comparisons.relations import RELATIONS, STAGES, Subject, Task, run
 from comparisons.renderers import Hits, Images, RendererError
 from comparisons.renderers.reference import ReferenceRenderer
 from comparisons.results import RelationResult
+from comparisons.sequential import Sampler
 from comparisons.settings import Settings
 from scenes import Scene, Tolerance
 
@@ -111,8 +112,8 @@ def here() -> type[Here]:
 
 @pytest.fixture(autouse=True)
 def the_same_on_every_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A first look that takes no time has the least samples: how many, no clock decides."""
-    monkeypatch.setattr(runner, "FIRST_LOOK", 0.0)
+    """How many samples a replicate has, no clock decides: the least."""
+    monkeypatch.setattr(Sampler, "_pilot", lambda sampler: sampler._job.least_spp)
 
 
 Try = Callable[..., list[RelationResult]]

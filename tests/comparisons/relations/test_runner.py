@@ -129,8 +129,8 @@ def test_a_noiseless_scene_says_nothing_of_seeds_and_a_noisy_one_is_asked(attemp
 def test_no_two_renders_of_a_claim_share_a_seed(attempt: Try, here: Any) -> None:
     crew = here({})
     [result] = attempt("superposition", crew=crew, last=0)
-    drawn = [seed for _, _, seed in crew.asked[-3 * result.replicates :]]  # what came before was the pilot
-    assert len(set(drawn)) == 3 * result.replicates
+    drawn = [seed for _, _, seed in crew.asked]
+    assert len(drawn) == len(set(drawn)) == 3 * result.replicates
 
 
 def test_an_exhausted_budget_is_inconclusive_and_says_what_could_have_been_seen(attempt: Try) -> None:
@@ -227,7 +227,6 @@ def _repeated(
     replicates: int = 128,
 ) -> list[str]:
     """Verdicts of many runs, each of which ends after so many replicates."""
-    monkeypatch.setattr("comparisons.sequential.MOST_SPP", 1)  # a pilot says nothing here
     monkeypatch.setattr(
         Sampler, "exhausted", property(lambda s: bool(s.regions) and s.replicates >= replicates)
     )
