@@ -1,6 +1,6 @@
 # make validate   Mitsuba 3 and the reference tracer against exact answers; says where the report is
 # make test       the tests, in under ten minutes on two cores
-# make test-all   the tests, then the reference tracer on every case at ±0.2 %: about an hour
+# make test-all   the tests, then the reference tracer on every case at ±0.2 %: about two hours
 # make check      formatting, lint, types, import rules
 # make bench      how fast, beside Mitsuba 3, in four minutes on an idle machine; ARGS=--json for programs
 # make calibrate  how often verdicts are wrong, and what they resolve: an hour; ARGS="--part mitsuba" for a part
@@ -23,7 +23,8 @@ test: $(INSTALLED_DEV)
 	$(BIN)/python -m pytest $(ARGS)
 
 test-all: test
-	$(BIN)/lightproof validate --all --renderer reference:mis:sobol --tolerance 0.2% --budget 120
+	@# 4, inconclusive: some cases say why ±0.2 % can't be reached; a fail is 1
+	$(BIN)/lightproof validate --all --renderer reference:mis:sobol --tolerance 0.2% --budget 120 || [ $$? -eq 4 ]
 
 check: $(INSTALLED_DEV)
 	$(BIN)/ruff format --check .
