@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -52,6 +53,7 @@ class Comparing:
         self.case, self.truth, self.settings, self.crew, self.observer = case, truth, settings, crew, observer
         full_name = guest.name if guest else canonical(renderer)
         self.shown_name, (self.name, self.notes) = renderer, _judged_as(case, full_name)
+        self.notes += _noise_of_truth(truth)
         self.regions = Regions.of(*case.scene.shape[:2], case.tiles)
         self.truth_means = self.regions.means(truth.mean)
         self.truth_errors = self.regions.stderr(truth.stderr)
@@ -278,13 +280,26 @@ def about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
 
 def _judged_as(case: Case, name: str) -> tuple[str, list[str]]:
     """Which renderer is held against the case where this one is asked for, and what is to be said of it."""
-    if not isinstance(case.answer, Estimate) or name.split(":")[0] != ESTIMATOR.split(":")[0]:
+    tracer = ESTIMATOR.split(":")[0]
+    if not isinstance(case.answer, Estimate) or name.split(":")[0] != tracer:
+        return name, []
+    if f"{tracer}:" not in case.answer.source:  # an image of the user's, made by something else
         return name, []
     # whatever its numbers come from, a strategy can't judge itself
     judged = STAND_IN if name.split(":")[:2] == ESTIMATOR.split(":")[:2] else name
     return judged, [
-        f"The truth was estimated by {ESTIMATOR}, which can't judge itself; {judged} is held against it. This tests "
-        "one strategy of the reference tracer against another, and nothing else."
+        f"The truth was estimated by the {tracer} tracer, which can't judge itself; {judged} is held against it. "
+        "This tests one strategy of the reference tracer against another, and nothing else."
+    ]
+
+
+def _noise_of_truth(truth: Truth) -> list[str]:
+    """A warning where the truth is a rendered image, as its header says, without the size of its noise."""
+    if truth.stderr.any() or not (spp := re.search(r"\b\d+ spp\b", truth.source)):
+        return []
+    return [
+        f"The truth is an image of {spp[0]} without standard errors (layers bounce0.stderr, …): its own noise is "
+        "taken for bias of the renderer, and a fail may come from it"
     ]
 
 

@@ -14,14 +14,22 @@ from __future__ import annotations
 import importlib.util
 import re
 import sys
+import traceback
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
-from scenes import Case, Estimate, Scene, SceneError, Tolerance, UnknownNameError, library
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes import Case, Estimate, Formula, Scene, SceneError, Tolerance, UnknownNameError, library
 from scenes.formats import exr
 from scenes.names import look_up
+
+Images = NDArray[np.float64]
 
 GROUP = "lightproof.cases"
 OWN_TOLERANCE = Tolerance(image=(0.01,), tile=(0.05,))
@@ -52,6 +60,8 @@ def find(name: str) -> Case:
     others = announced()
     if name in others:
         return from_entry_point(others[name])
+    if name not in library.CASES and (Path(name).suffix or Path(name).name != name):
+        raise CaseError(f"{name}: expected the name of a case, a scene FILE.json, or a function FILE.py:NAME")
     look_up("case", name, {**library.CASES, **dict.fromkeys(others)})
     return library.case(name)
 
@@ -188,7 +198,38 @@ def _made(make: Callable[[], Any], place: str) -> Case:
     if not isinstance(case, Case):
         raise CaseError(f"{place} returned a {type(case).__name__}: expected a scenes.Case")
     checked_name(case.name, place)
-    return case
+    if not isinstance(case.answer, Formula):
+        return case
+    evaluate = partial(_evaluated, case.answer.evaluate, place)
+    return replace(case, answer=replace(case.answer, evaluate=evaluate))
+
+
+def _evaluated(evaluate: Callable[[Scene, int], Any], place: str, scene: Scene, bounces: int) -> Images:
+    """The answer of someone else's case, which may be wrong in more ways than one of the library.
+
+    Raises:
+        CaseError: it raises, or what it returns is no image of radiance for every bounce.
+    """
+    try:
+        images = np.asarray(evaluate(scene, bounces), dtype=np.float64)
+    except Exception as error:
+        call = f"evaluate(scene, bounces={bounces})"
+        raise CaseError(f"{place}: {call} of its answer raised {_described(error)}") from error
+    expected = (bounces + 1, *scene.shape)
+    if images.shape != expected:
+        raise CaseError(
+            f"{place}: its answer has the shape {images.shape}: expected (bounces + 1, height, width, channels) = "
+            f"{expected}"
+        )
+    rounding = 1e-9 * np.abs(images[np.isfinite(images)]).max(initial=0.0)
+    wrong = ~(np.isfinite(images) & (images >= -rounding))
+    if wrong.any():
+        k, y, x, c = np.argwhere(wrong)[0]
+        raise CaseError(
+            f"{place}: its answer is {images[k, y, x, c]:g} in bounce {k}, row {y}, column {x}, channel {c}: "
+            "expected finite radiance ≥ 0"
+        )
+    return images
 
 
 def checked_name(name: str, place: str) -> str:
@@ -205,4 +246,10 @@ def checked_name(name: str, place: str) -> str:
 
 
 def _described(error: BaseException) -> str:
-    return f"{type(error).__name__}: {error}"
+    """What was raised, and where: the line that is reached last in the file of the function that was called."""
+    frames = [
+        f for f in traceback.extract_tb(error.__traceback__)[1:] if not f.filename.startswith("<frozen")
+    ]
+    lines = [frame.lineno for frame in frames if frame.filename == frames[0].filename]
+    where = f" ({Path(frames[0].filename).name}, line {lines[-1]})" if lines else ""
+    return f"{type(error).__name__}: {error}{where}"

@@ -21,6 +21,7 @@ from comparisons.single_image import TooSmallError, expectation
 from comparisons.single_image import check as check_image
 from comparisons.truth import truth_of
 from lightproof import options, terminal
+from lightproof.cases import CaseError
 from lightproof.choice import check_size, one_case
 from lightproof.folder import prepare
 from lightproof.parameters import check_bounces, percents
@@ -130,6 +131,9 @@ def _truth(case: Case, jobs: int) -> Truth:
     except KeyboardInterrupt:
         typer.echo("Error: interrupted; there is no verdict", err=True)
         raise typer.Exit(130) from None
+    except CaseError as error:
+        typer.echo(f"Error: {error}", err=True)
+        raise typer.Exit(2) from None
     except (RendererError, exr.ImageError, OSError) as error:
         typer.echo(f"Error: there is no truth: {error}", err=True)
         raise typer.Exit(3) from None

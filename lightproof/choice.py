@@ -93,7 +93,7 @@ def several_cases(
         scene, answer = files
         if scene is None or answer is None:
             raise typer.BadParameter("--scene and --answer belong together: give both", param_hint="--scene")
-        found.append(_tried(lambda: cases.from_answer(scene, answer), "--scene"))
+        found.append(_tried(lambda: cases.from_answer(scene, answer), "--scene, --answer"))
     found = found or [_named(name) for name in default]
     names = [case.name for case in found]
     for case in found:
@@ -134,7 +134,10 @@ def check_size(case: Case, bounces: int | None, size: tuple[int, int] | None) ->
 
 def _named(name: str) -> Case:
     if name.endswith(".json"):
-        message = f"{name} is a scene without an answer: give it as --scene, with its --answer"
+        message = (
+            f"{name} is a scene, which has no answer by itself: 'lightproof validate' takes it as --scene, with an "
+            "--answer; 'lightproof render' renders it"
+        )
         raise typer.BadParameter(message, param_hint="CASE")
     return _tried(lambda: cases.find(name), "CASE")
 

@@ -121,6 +121,8 @@ def validate(
         except KeyboardInterrupt:
             what = "checks" if tasks else "comparisons"
             _stop(f"interrupted; {show.done} of {show.total} {what} are in {out}/results.json", 130)
+        except CaseError as error:  # an answer is asked for only when its turn comes
+            _stop(str(error), 2)
     terminal.show_verdicts(console, outcome)
     console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
     raise typer.Exit(exit_status(outcome))
@@ -154,7 +156,7 @@ def render(
         with status, RendererProcess(name) as process:
             image = process.render(scene, range(last + 1), spp, seed, timeout=RENDER_TIMEOUT)
             made = f"{chosen.name}, {name} {process.version}, {spp} spp, seed {seed}"
-        header = {"lightproof:source": made}
+        header = {"lightproof:source": made, **_which(chosen.name, scene)}
         exr.write_bounces(path, image, attributes=header, wavelengths=chosen.wavelengths)
     except KeyboardInterrupt:
         _stop("interrupted; nothing was written", 130)
@@ -187,12 +189,14 @@ def answer(
         with console.status(f"{chosen.name}: bounces 0 to {last}"), Crew(jobs or os.cpu_count() or 1) as crew:
             truth = truth_of(asked, crew)
         stderr = truth.stderr if truth.stderr.any() else None
-        header = {"lightproof:source": truth.source}
+        header = {"lightproof:source": truth.source, **_which(chosen.name, asked.scene)}
         exr.write_bounces(path, truth.mean, stderr, header, chosen.wavelengths)
     except KeyboardInterrupt:
         _stop("interrupted; nothing was written", 130)
     except RendererError as error:
         _stop(f"there is no truth: {error}", 3, error.log)
+    except CaseError as error:
+        _stop(str(error), 2)
     except exr.ImageError as error:
         raise typer.BadParameter(str(error), param_hint="--out") from None
     layers = f"layers bounce0 to bounce{last}{_of(chosen.wavelengths)}"
@@ -253,6 +257,12 @@ def report(
         _stop(str(error), 2)
     for path in written:
         typer.echo(path)
+
+
+def _which(name: str, scene: Scene) -> dict[str, str]:
+    """What the header of an image says of the scene in it, as those of exported scenes do."""
+    height, width, _ = scene.shape
+    return {"lightproof:scene": f"{name}, {width}x{height} pixels", "lightproof:sha256": scene.sha256}
 
 
 def _of(wavelengths: tuple[float, ...] | None) -> str:

@@ -33,7 +33,12 @@ Owns = Annotated[
 ]
 Families = Annotated[
     list[str] | None,
-    typer.Option("--family", metavar="NAME", help="All cases of a family. May be given several times."),
+    typer.Option(
+        "--family",
+        metavar="NAME",
+        help="All cases of a family, as 'lightproof list cases' and docs/cases call it. May be given "
+        "several times.",
+    ),
 ]
 Everything = Annotated[bool, typer.Option("--all", help="All cases.")]
 SceneFile = Annotated[

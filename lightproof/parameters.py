@@ -8,12 +8,15 @@ import typer
 
 from scenes import Case
 
+_LARGE = 0.1
+"""Whoever writes such a number without % means percent: taken as a share, it would let everything pass."""
+
 
 def percents(text: str | None, option: str) -> tuple[float, ...] | None:
     """``0.5%`` or ``0.005``: (0.005,), for every bounce; ``0.2%,0.5%``: of bounce 0, and of all later ones.
 
     Raises:
-        typer.BadParameter: no numbers, or one that is not above 0.
+        typer.BadParameter: no numbers, or one that is not above 0; or a share from 10 % on without its sign.
     """
     return None if text is None else tuple(_percent(part.strip(), option) for part in text.split(","))
 
@@ -26,6 +29,11 @@ def _percent(text: str, option: str) -> float:
     if not 0 < value < float("inf"):
         raise typer.BadParameter(
             f"{text!r}: expected a share above 0, such as 0.5% or 0.005, or one for each bounce, as 0.2%,0.5%",
+            param_hint=option,
+        )
+    if value >= _LARGE and not text.endswith("%"):
+        raise typer.BadParameter(
+            f"{text!r} is a share, {100 * value:g} %: expected the sign, {text}% or {100 * value:g}%",
             param_hint=option,
         )
     return value

@@ -116,8 +116,13 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
         try:
             # the standard reader lets NaN and Infinity pass, so that the checks can say where they stand
             document = json.loads(content)
+        except json.JSONDecodeError as error:
+            line = error.doc.splitlines()[error.lineno - 1 : error.lineno]
+            raise SceneError("scene", "".join(line).strip(), f"JSON ({error})") from None
         except (ValueError, RecursionError) as error:
             raise SceneError("scene", content[:40], f"JSON ({error})") from None
+        if isinstance(document, dict) and isinstance(document.get("$schema"), str):
+            del document["$schema"]  # by which editors know what to check
         try:
             return msgspec.convert(document, type=cls)
         except msgspec.ValidationError as error:
@@ -141,12 +146,34 @@ def _located(error: msgspec.ValidationError, document: object) -> SceneError:
         place, owner = f"{parent}.{unknown[1]}".removeprefix("."), _at(document, parent)
         fields = ", ".join(_kind(parent, owner).__struct_fields__)
         return SceneError(place, owner[unknown[1]], f"no field of that name; there are {fields}")
-    expected = message.removeprefix("Expected ")
+    expected = _plain(message.removeprefix("Expected "), _at(document, parent))
     if missing := re.search("missing required field `(.*)`", message):
         expected = f"an object with the field {missing[1]}"
     elif message.startswith("Invalid value"):
         expected = "one of " + ", ".join(str(kind.__struct_config__.tag) for kind in _kinds(parent))
     return SceneError(parent or "scene", _at(document, parent), expected)
+
+
+_NAMES = {
+    "object": "an object",
+    "array": "a list",
+    "float": "a number",
+    "int": "a whole number",
+    "str": "a text",
+    "bool": "true or false",
+    "null": "null",
+}
+"""What a reader of JSON calls the types of msgspec."""
+
+
+def _plain(expected: str, found: object) -> str:
+    """The types msgspec names, in words; with an example where one number stands for a list of them."""
+    match = re.fullmatch("`([a-z |]+)`, got `[a-z]+`", expected)
+    if match is None or not set(match[1].split(" | ")) <= _NAMES.keys():
+        return expected
+    words = " or ".join(_NAMES[kind] for kind in match[1].split(" | "))
+    alone = isinstance(found, int | float) and not isinstance(found, bool) and words.endswith("a list")
+    return f"{words}, such as [{found}, {found}, {found}]" if alone else words
 
 
 _PARTS: dict[str, Any] = {

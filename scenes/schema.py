@@ -22,6 +22,10 @@ _DRAFT = "https://json-schema.org/draft/2020-12/schema"
 def schema() -> dict[str, Any]:
     """The JSON Schema (2020-12) of a scene."""
     found = msgspec.json.schema(Scene)
+    parts = found["$defs"]
+    # as when a scene is read: an emission can be nothing else, and a file may name its schema
+    parts["AreaLight"]["required"].remove("type")
+    parts["Scene"]["properties"] = {"$schema": {"type": "string"}, **parts["Scene"]["properties"]}
     return {"$schema": _DRAFT, "title": "A scene of Lightproof", **found}
 
 

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_ROUNDING = 2.0**-24  # relative, of 32-bit numbers
+
 
 @dataclass(frozen=True)
 class Moments:
@@ -104,8 +106,9 @@ class Moments:
     def dominance(self) -> Array:
         """Share of the squared deviations that is one replicate's, the furthest off; 0 where there is no spread.
 
-        Of n normal replicates it is about 2 ln n / n.
+        Of n normal replicates it is about 2 ln n / n. What 32-bit numbers round away is no spread.
         """
         furthest = np.maximum(self.highest - self.mean, self.mean - self.lowest)
-        share: Array = np.divide(furthest**2, self.m2, out=np.zeros_like(self.m2), where=self.m2 > 0)
+        spread = self.m2 > self.count * (_ROUNDING * self.mean) ** 2
+        share: Array = np.divide(furthest**2, self.m2, out=np.zeros_like(self.m2), where=spread)
         return share

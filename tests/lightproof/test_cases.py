@@ -89,15 +89,24 @@ def test_a_case_of_a_file_joins_others(own: Path, tmp_path: Path) -> None:
         (("render", "--case", "{own}:mime"), "no function is called 'mime': did you mean mine?"),
         (("render", "--case", "{own}:nothing"), "returned a NoneType: expected a scenes.Case"),
         (("render", "--case", "{own}:number"), "is a int: expected a function that returns a Case"),
-        (("render", "--case", "{own}:raises"), "raised ZeroDivisionError: by zero"),
+        (("render", "--case", "{own}:raises"), "raised ZeroDivisionError: by zero (own.py, line 17)"),
         (("render", "--case", "{own}:bad_name"), "the name '../up' has other characters than"),
         (
             ("render", "--case", "{own}:mine", "furnace-box"),
             "expected a CASE or a scene, my-scene.json, or --case",
         ),
         (("answer",), "expected a CASE or --case, found none"),
-        (("answer", "scene.json"), "scene.json is a scene without an answer: give it as --scene"),
-        (("validate", "scene.json"), "scene.json is a scene without an answer"),
+        (
+            ("answer", "scene.json"),
+            "scene.json is a scene, which has no answer by itself: 'lightproof validate'",
+        ),
+        (("validate", "scene.json"), "scene.json is a scene, which has no answer by itself"),
+        (("render", "scene.jsn"), "scene.jsn: expected the name of a case, a scene FILE.json, or a function"),
+        (("render", "."), ".: expected the name of a case"),
+        (
+            ("validate", "furnace-box", "--tolerance", "0.5"),
+            "'0.5' is a share, 50 %: expected the sign, 0.5%",
+        ),
         (("validate", "--scene", "scene.json"), "--scene and --answer belong together"),
         (("validate", "--family", "furnac"), "no family is called 'furnac': did you mean furnace"),
         (("render", "no-such.json"), "no-such.json: No such file"),
@@ -131,6 +140,64 @@ def test_a_file_that_can_t_be_imported_says_why(tmp_path: Path) -> None:
     file.write_text("import no_such_package\n")
     with pytest.raises(cases.CaseError, match="ModuleNotFoundError: No module named 'no_such_package'"):
         cases.from_file(f"{file}:mine")
+
+
+WRONG = """
+from dataclasses import replace
+
+import numpy as np
+
+from scenes import Formula, library
+
+def case_with(evaluate):
+    return replace(library.case("furnace-box"), name="wrong", answer=Formula(evaluate, source="a guess"))
+
+def flat():
+    return case_with(lambda scene, bounces: np.ones((bounces + 1, 3)))
+
+def hollow():
+    return case_with(lambda scene, bounces: np.full((bounces + 1, *scene.shape), np.nan))
+
+def negative():
+    return case_with(lambda scene, bounces: np.full((bounces + 1, *scene.shape), -0.25))
+
+def deaf():
+    return case_with(lambda scene: np.ones(scene.shape))
+
+def rounded():
+    return case_with(lambda scene, bounces: [np.ones(scene.shape)] + [np.full(scene.shape, -1e-17)] * bounces)
+"""
+
+
+@pytest.mark.parametrize(
+    ("function", "complaint"),
+    [
+        (
+            "flat",
+            "its answer has the shape (2, 3): expected (bounces + 1, height, width, channels) = (2, 4, 8, 3)",
+        ),
+        ("hollow", "its answer is nan in bounce 0, row 0, column 0, channel 0: expected finite radiance ≥ 0"),
+        ("negative", "its answer is -0.25 in bounce 0, row 0, column 0, channel 0"),
+        ("deaf", "evaluate(scene, bounces=1) of its answer raised TypeError"),
+    ],
+)
+@pytest.mark.parametrize("command", ["validate", "answer"])
+def test_a_wrong_answer_is_the_user_s_mistake_and_said_to_be(
+    command: str, function: str, complaint: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "wrong.py"
+    file.write_text(WRONG)
+    options = ("--size", "8x4", "--bounces", "1", "--jobs", "1", "--out", tmp_path / "out.exr")
+    result = invoke(command, "--case", f"{file}:{function}", *options)
+    assert result.exit_code == 2
+    assert f"wrong.py:{function}: {complaint}" in flat(result.output)
+    assert "bug" not in result.output
+
+
+def test_an_answer_may_be_negative_by_rounding(tmp_path: Path) -> None:
+    (tmp_path / "wrong.py").write_text(WRONG)
+    found = cases.from_file(f"{tmp_path / 'wrong.py'}:rounded")
+    assert found.answer.truth(found.scene, 1) is not None
 
 
 # ---- entry points
@@ -180,6 +247,29 @@ def test_a_scene_with_an_answer_image_is_a_case(tmp_path: Path) -> None:
     mean, _ = exr.read_bounces(answer)
     exr.write_bounces(answer, mean * [[[[1.0]]], [[[1.0]]], [[[1.1]]]])
     assert invoke("validate", *files, *options).exit_code == 1
+
+
+def test_the_noise_of_an_answer_image_is_warned_of(tmp_path: Path) -> None:
+    """And whether it comes from the tracer that is judged: only then another strategy takes its place."""
+    scene, answer = tmp_path / "room.json", tmp_path / "room.exr"
+    scene.write_bytes(small(library.case("furnace-box").scene).to_json())
+    files = ("--scene", scene, "--answer", answer)
+    options = ("--renderer", "reference", "--jobs", "1", "--budget", "0.1", "--out", tmp_path / "out")
+
+    def notes() -> str:
+        invoke("validate", *files, *options)
+        [comparison] = json.loads((tmp_path / "out" / "results.json").read_bytes())["comparisons"]
+        return " ".join(comparison["notes"])
+
+    assert invoke("render", scene, "--spp", "4", "--bounces", "1", "--out", answer).exit_code == 0
+    found = notes()
+    assert "The truth is an image of 4 spp without standard errors" in found
+    assert "estimated by the reference tracer, which can't judge itself; reference:nee" in found
+    mean, _ = exr.read_bounces(answer)
+    exr.write_bounces(answer, mean, np.full_like(mean, 0.1), {"lightproof:source": "elsewhere, 4 spp"})
+    found = notes()
+    assert "without standard errors" not in found
+    assert "judge itself" not in found
 
 
 def test_an_answer_image_says_nothing_of_other_sizes_and_bounces(tmp_path: Path) -> None:
@@ -263,6 +353,8 @@ def test_the_answer_is_the_truth(tmp_path: Path) -> None:
     assert truth is not None
     np.testing.assert_allclose(exr.read_bounces(out)[0], truth.mean, rtol=1e-6)
     assert exr.read_attribute(out, "lightproof:source") == truth.source
+    assert exr.read_attribute(out, "lightproof:scene") == "integrating-sphere, 16x8 pixels"
+    assert exr.read_attribute(out, "lightproof:sha256") == case.scene.resized(16, 8).sha256
     assert invoke("answer", "cornell-box", "--bounces", "2", "--out", out).exit_code == 0
     assert (exr.read_bounces(out)[1] > 0).any(), "an estimate comes with its standard error"
 

@@ -29,6 +29,14 @@ def test_no_percents(text: str) -> None:
         percents(text, "--tolerance")
 
 
+@pytest.mark.parametrize("text", ["0.1", "0.5", "1", "2", "1%,0.5"])
+def test_a_large_share_needs_its_sign(text: str) -> None:
+    """0.5 would be 50 %, which lets everything pass."""
+    with pytest.raises(typer.BadParameter, match=r"is a share, .* %: expected the sign"):
+        percents(text, "--tolerance")
+    assert percents("50%", "--tolerance") == (0.5,)
+
+
 @pytest.mark.parametrize(("text", "value"), [("64x48", (64, 48)), ("1×2", (1, 2)), (None, None)])
 def test_size(text: str | None, value: tuple[int, int] | None) -> None:
     assert size(text) == value

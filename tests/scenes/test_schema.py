@@ -9,7 +9,7 @@ import jsonschema
 import msgspec
 import pytest
 
-from scenes import library
+from scenes import Scene, SceneError, library
 from scenes.schema import SCHEMA_FILE, schema
 
 SCHEMA = json.loads(SCHEMA_FILE.read_bytes())
@@ -55,6 +55,21 @@ def test_typos_are_refused(place: tuple[str | int, ...], value: Any) -> None:
     part[place[-1]] = value
     with pytest.raises(jsonschema.ValidationError):
         validate(document)
+
+
+def test_what_a_scene_may_leave_out_or_add() -> None:
+    """The schema takes what reading takes."""
+    document = json.loads(json.dumps(BOX))
+    [lamp] = [surface for surface in document["surfaces"] if "emission" in surface]
+    del lamp["emission"]["type"]
+    document["$schema"] = "scene.schema.json"
+    validate(document)
+    assert Scene.from_json(json.dumps(document)) == library.case("cornell-box").scene
+    document["$schema"] = 3
+    with pytest.raises(jsonschema.ValidationError):
+        validate(document)
+    with pytest.raises(SceneError, match=r"\$schema = 3"):
+        Scene.from_json(json.dumps(document))
 
 
 @pytest.mark.parametrize("place", [("sensor",), ("surfaces",), ("surfaces", 0, "material")])

@@ -507,6 +507,19 @@ def test_what_is_no_json(content: str | bytes) -> None:
         Scene.from_json(content)
 
 
+def test_the_line_that_is_no_json_is_shown() -> None:
+    with pytest.raises(SceneError, match=r"^scene = '\"lights\": \]': expected JSON .*line 3") as caught:
+        Scene.from_json('{\n  "surfaces": [],\n  "lights": ]\n}')
+    assert caught.value.found == '"lights": ]'
+
+
+def test_types_are_said_in_words() -> None:
+    error = refusal(document(**{"surfaces[0].material.albedo": 0.5}))
+    assert error.expected == "an object or a list, such as [0.5, 0.5, 0.5]"
+    error = refusal(document(**{"sensor.width": "16"}))
+    assert error.expected == "a whole number"
+
+
 @pytest.mark.parametrize("content", ["[]", "null", "3", '"scene"'])
 def test_json_that_is_no_object(content: str) -> None:
     with pytest.raises(SceneError) as caught:

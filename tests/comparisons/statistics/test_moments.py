@@ -49,6 +49,15 @@ def test_replicates_of_different_shapes_are_refused() -> None:
         Moments.of(np.ones(2)) + Moments.of(np.ones(3))
 
 
+def test_rounding_is_no_spread() -> None:
+    """Of a constant that 32-bit numbers hold in one of two ways, none dominates; of twice the constant, one does."""
+    replicates = np.full((32, 1), 0.4)
+    replicates[7] *= 1 + 2.0**-25
+    assert Moments.of_all(replicates).dominance == 0
+    replicates[7] = 0.8
+    assert Moments.of_all(replicates).dominance > 0.9
+
+
 def test_dominance_is_the_share_of_the_one_furthest_off() -> None:
     replicates = np.array([[0.0, 1.0, 5.0], [0.0, 1.0, 5.0], [9.0, 2.0, 5.0], [0.0, 0.0, 5.0]])
     # deviations: −2.25 thrice and 6.75; 0 twice, 1, −1; none
