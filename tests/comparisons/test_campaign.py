@@ -216,7 +216,7 @@ def test_a_declared_deviation_is_known_and_a_vanished_one_is_reported(
 
 
 def test_the_estimator_of_a_truth_does_not_judge_itself(compare: Compare) -> None:
-    comparison = compare("cornell-box", "reference", bounces=1)
+    comparison = compare("cornell-box", "reference", bounces=1, budget=0.1)
     assert comparison.truth == "estimated"
     assert "reference:nee is held against it" in comparison.notes[0]
     assert (
