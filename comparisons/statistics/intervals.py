@@ -186,14 +186,16 @@ def biases(
 
 def _at_least_shared(measured: Means, truth: Means, denominator: Array) -> Array:
     """Standard errors; where a tile's mean is not the truth, at least a share of what tiles have on average."""
-    if len(measured.error) == 1:
+    tiles = measured.error[1:]
+    if not len(tiles):
         return measured.error
     off_the_truth = np.abs(measured.mean - truth.mean) > _NO_DEVIATION * denominator
-    average = np.sqrt(np.mean(measured.error[1:] ** 2, axis=0))
+    average = np.sqrt(np.mean(tiles**2, axis=0))
     # events of one size at a rate in proportion to the light have an error in proportion to its root
     image = truth.mean[:1]
     light = np.divide(truth.mean, image, out=np.ones_like(truth.mean), where=image > 0)
     least = SHARE * average * np.sqrt(np.clip(light, 0, 1))
+    least[0] = 0.0  # the whole image is what all of them have met; its own spread is the best there is
     return np.where(off_the_truth, np.maximum(measured.error, least), measured.error)
 
 

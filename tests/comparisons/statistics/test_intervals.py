@@ -75,6 +75,13 @@ def test_a_tile_that_was_not_hit_has_a_share_of_the_noise_of_all() -> None:
     assert found_in(often, alpha=1e-3).simultaneous.outside(np.zeros((17, 1)))[2, 0]
 
 
+def test_the_whole_image_keeps_its_own_noise() -> None:
+    """That of the mean of sixteen tiles is a quarter of theirs, and no share of theirs makes it more."""
+    tiles = np.random.default_rng(3).normal(1.0, 0.1, (200, 16, 1))
+    found = found_in(np.concatenate([tiles.mean(axis=1, keepdims=True), tiles], axis=1))
+    np.testing.assert_allclose(found.error[0], tiles.mean(axis=1).std(axis=0, ddof=1) / np.sqrt(200))
+
+
 def test_a_tile_without_noise_that_is_right_needs_none() -> None:
     replicates = np.random.default_rng(3).exponential(1.0, (32, 5, 1))
     replicates[:, 2] = 1.0
