@@ -26,7 +26,10 @@ _DERIVATION = """\
 No closed form is known. The truth was estimated by the reference tracer with multiple importance sampling and
 is committed with its standard error, which every verdict counts. An estimate can't judge the estimator that
 made it: the reference tracer is held against it with another strategy, next-event estimation alone, which
-tests one strategy against the other and nothing else."""
+tests one strategy against the other and nothing else.
+
+The reference tracer is not held to ±0.2 % at every bounce, since few paths carry the later ones: 860 samples per
+pixel resolve 1.1, 0.14, 0.6, 1.1, 0.9 and 1.5 % of E to T⁵E, so that ±0.2 % would take fifty thousand."""
 
 
 def _wall(name: str, corner: Vector, edge_u: Vector, edge_v: Vector, material: Lambertian) -> Surface:
