@@ -23,8 +23,8 @@ test: $(INSTALLED_DEV)
 	$(BIN)/python -m pytest $(ARGS)
 
 test-all: test
-	@# 4, inconclusive: some cases say why ±0.2 % can't be reached; a fail is 1
-	$(BIN)/lightproof validate --all --renderer reference:mis:sobol --tolerance 0.2% --budget 120 || [ $$? -eq 4 ]
+	@# ends with 4, inconclusive, where a case says why ±0.2 % takes longer; a fail is 1
+	$(BIN)/lightproof validate --all --renderer reference:mis:sobol --tolerance 0.2% --budget 120
 
 check: $(INSTALLED_DEV)
 	$(BIN)/ruff format --check .
