@@ -97,10 +97,7 @@ def validate(
     else:
         chosen = several_cases(*named, (scene, answer), bounces, resolution)
         tasks = [] if any((*named, scene, relations is not None)) else cheap_tasks()
-    # the same renderer by two names is one
-    renderers = list({_renderer(name): name for name in reversed(renderer or DEFAULT_RENDERERS)}.values())[
-        ::-1
-    ]
+    renderers = _distinct(renderer or DEFAULT_RENDERERS)
     settings = Settings(
         bounces=bounces,
         tolerance=percents(tolerance, "--tolerance"),
@@ -126,6 +123,11 @@ def validate(
     terminal.show_verdicts(console, outcome)
     console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
     raise typer.Exit(exit_status(outcome))
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    """Each renderer once, by the first name that it was given: the same one by two names is one."""
+    return list({_renderer(name): name for name in reversed(names)}.values())[::-1]
 
 
 app.command(epilog="Exit status as of 'lightproof validate'.")(check)
