@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from comparisons.crew import Crew
 from comparisons.in_process import InProcess
@@ -20,8 +21,7 @@ from comparisons.results import BounceResult, Comparison, Images, Look
 from comparisons.sequential import FIRST_LOOK, MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.statistics import skewness
-from comparisons.statistics.intervals import Means, alpha_of_look, biases, denominators
-from comparisons.statistics.moments import Moments
+from comparisons.statistics.intervals import Biases, Means, biases, denominators
 from comparisons.statistics.rare_events import event_size, least_error
 from comparisons.truth import ESTIMATOR, STAND_IN
 from comparisons.verdict import Measured, judge, overall
@@ -29,8 +29,11 @@ from scenes import Case, Estimate, Truth
 from scenes.channels import channel_names
 from scenes.formats import exr
 
-_AS_NOISY = 0.8
+_AS_NOISY = 0.95
 """Bounces are sampled together if their noise is at least this share of the largest."""
+
+_LUCK = 1.5
+"""Standard errors that the bias of a right renderer seldom exceeds; so far from the middle its interval lies."""
 
 _DOMINANT = 0.5
 """Share of a region's squared deviations from which on a single replicate is said to dominate."""
@@ -76,7 +79,7 @@ class Comparing:
         return self._result(sampler, version, folder)
 
     def _sample(self, known: list[Deviation]) -> Sampler:
-        """Sample and look, twice as late each time, until every bounce is decided or the budget is used up.
+        """Sample and look, at most twice as late each time, until every bounce is decided or the budget is used up.
 
         Without early stop there is one look, at the end. A bounce that is decided keeps the numbers of the look
         that decided it, and is not sampled any more.
@@ -100,7 +103,7 @@ class Comparing:
             elif sampler.exhausted:
                 self._look(sampler, open_bounces, entries)
                 return sampler
-            self._draw_where_it_decides(sampler, open_bounces, until=2 * sampler.seconds)
+            self._draw_where_it_decides(sampler, open_bounces, until=self._next_look(sampler, open_bounces))
 
     def _job(self, show: Callable[[float], None]) -> Job:
         budget = self.settings.budget
@@ -116,24 +119,41 @@ class Comparing:
             deterministic=self.traits.deterministic,
         )
 
+    def _next_look(self, sampler: Sampler, bounces: list[int]) -> float:
+        """When all of these bounces would pass if they were right, but no later than twice the time; seconds.
+
+        The noise alone says when, as in ``_draw_where_it_decides``. If it is small enough already, something else
+        keeps a bounce open, and only many more samples can tell what.
+        """
+        q = float(stats.norm.isf(self.settings.alpha_of(len(self.looks) + 1) / 2))
+        noise = max(self._noise(k, sampler) for k in bounces)
+        longer = ((1 + _LUCK / q) * noise) ** 2
+        return sampler.seconds * (2.0 if longer < 1 else float(np.clip(longer, 1.25, 2.0)))
+
     def _draw_where_it_decides(self, sampler: Sampler, bounces: list[int], until: float) -> None:
         """Sample the noisiest of these bounces, again and again; what is measured has no say in which.
 
         Args:
             until: seconds since the start.
         """
+        noise = {k: self._noise(k, sampler) for k in bounces}
         while sampler.seconds < until and not sampler.exhausted:
-            noise = {k: self._noise(k, sampler.regions[k]) for k in bounces}
             noisy = [k for k in bounces if noise[k] >= _AS_NOISY * max(noise.values())]
             if self.traits.one_walk:
                 noisy = [k for k in bounces if k <= max(noisy)]
             sampler.draw(noisy, max(4 * self.crew.jobs, min(sampler.pixels[k].count for k in noisy) // 8))
+            noise |= {k: self._noise(k, sampler) for k in noisy}
 
-    def _noise(self, k: int, moments: Moments) -> float:
-        """The standard error that is largest beside its tolerance, of the image and of the tiles."""
-        error = (moments.standard_error / self.denominators[:, k]).max(axis=1)
+    def _noise(self, k: int, sampler: Sampler) -> float:
+        """Half the interval that is widest beside its tolerance, of the image and of the tiles.
+
+        Of the own interval, which can pass; where samples are to be used up anyway, what they resolve.
+        """
+        found = self._biases(k, sampler, len(self.looks) + 1)
+        width = (found.own.high - found.own.low) / 2 if self.settings.early_stop else found.resolution
         image, tile = self.case.tolerance.of_image(k), self.case.tolerance.of_tile(k)
-        return float(np.max(error / np.maximum([image] + [tile] * (len(error) - 1), 1e-12)))
+        tolerance = np.maximum([[image]] + [[tile]] * (len(width) - 1), 1e-12)
+        return float(np.max(width / tolerance))
 
     def _look(self, sampler: Sampler, bounces: list[int], known: dict[int, Deviation]) -> list[int]:
         """Judge these bounces with what there is now; those that stay open."""
@@ -146,33 +166,36 @@ class Comparing:
             Look(
                 replicates=max(sampler.regions[k].count for k in bounces),
                 seconds=sampler.seconds,
-                alpha=alpha_of_look(self.settings.alpha, look),
+                alpha=self.settings.alpha_of(look),
                 open_bounces=still_open,
             )
         )
         return still_open
 
-    def _measure(self, k: int, sampler: Sampler, look: int) -> Measured:
-        replicates, truth, denominator = sampler.regions[k], self.truth_means[:, k], self.denominators[:, k]
-        found = biases(
+    def _biases(self, k: int, sampler: Sampler, look: int) -> Biases:
+        replicates, truth = sampler.regions[k], self.truth_means[:, k]
+        return biases(
             Means.of(replicates),
             Means.known(truth, self.truth_errors[:, k]),
-            denominator,
-            alpha_of_look(self.settings.alpha, look),
-            family=self.truth_means.size,
+            self.denominators[:, k],
+            self.settings.alpha_of(look),
+            others=self.truth_means[0].size,
             least_error=least_error(
                 event_size(sampler.pixels[k], sampler.spp),
                 truth,
                 self.regions.pixels() * sampler.spp * replicates.count,
             ),
         )
+
+    def _measure(self, k: int, sampler: Sampler, look: int) -> Measured:
+        replicates = sampler.regions[k]
         return Measured(
             bounce=k,
             channels=channel_names(self.case.scene.channels, self.case.wavelengths),
-            biases=found,
+            biases=self._biases(k, sampler, look),
             mean=replicates.mean,
-            truth=truth,
-            denominator=denominator,
+            truth=self.truth_means[:, k],
+            denominator=self.denominators[:, k],
             skewness=skewness.of_the_mean(replicates) * np.sqrt(replicates.count),
             dominance=replicates.dominance,
             look=look,

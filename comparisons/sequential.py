@@ -149,8 +149,7 @@ class Sampler:
         means = self._grid.means(images)
         for row, k in enumerate(bounces):
             for kept, replicate in ((self.pixels, images[row]), (self.regions, means[:, row])):
-                moments = Moments.of(replicate)
-                kept[k] = kept[k] + moments if k in kept else moments
+                kept[k] = kept[k].including(replicate) if k in kept else Moments.of(replicate)
 
     def _pilot(self) -> int:
         """Samples per pixel of a replicate.

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from comparisons.known import Deviation
 from comparisons.results import Comparison, RelationResult
+from comparisons.statistics.intervals import alpha_of_look
 
 DEFAULT_BUDGET = 75.0
 DEFAULT_ALPHA = 1e-3
@@ -39,6 +40,10 @@ class Settings:
     jobs: int = 1
     known: tuple[Deviation, ...] = ()
     early_stop: bool = True
+
+    def alpha_of(self, look: int) -> float:
+        """What a look may spend: all of α where it is the only one."""
+        return alpha_of_look(self.alpha, look) if self.early_stop else self.alpha
 
 
 class Observer(Protocol):

@@ -14,7 +14,6 @@ from comparisons.statistics.intervals import Biases, Means, alpha_of_look, biase
 from comparisons.statistics.moments import Moments
 
 TILES, BOUNCES, CHANNELS = 16, 6, 3
-FAMILY = (TILES + 1) * BOUNCES * CHANNELS
 LOOKS = 4
 TOLERANCE = 0.02
 RUNS = 2_000
@@ -93,4 +92,6 @@ def caught(noise: Noise, replicates: int, runs: int, seed: int = 2) -> int:
 def _biases(tiles: np.ndarray, alpha: float) -> Biases:
     regions = np.concatenate([tiles.mean(axis=1, keepdims=True), tiles], axis=1)
     one = np.ones(regions.shape[1:])
-    return biases(Means.of(Moments.of_all(regions)), Means.known(one, 0 * one), one, alpha, FAMILY)
+    return biases(
+        Means.of(Moments.of_all(regions)), Means.known(one, 0 * one), one, alpha, BOUNCES * CHANNELS
+    )

@@ -24,7 +24,7 @@ from comparisons.results import BounceResult, Look, RelationResult
 from comparisons.sequential import GRACE, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.statistics import skewness
-from comparisons.statistics.intervals import Means, alpha_of_look, biases, denominators
+from comparisons.statistics.intervals import Means, biases, denominators
 from comparisons.statistics.rare_events import event_size, least_error
 from comparisons.verdict import Measured, judge, overall
 from scenes import Scene, SceneError, Tolerance
@@ -171,7 +171,7 @@ class _Trying:
         count = sampler.enough if self.settings.early_stop or deterministic else _ALL
         while True:
             sampler.draw(open_bounces, count)
-            level = alpha_of_look(self.settings.alpha, len(looks) + 1)
+            level = self.settings.alpha_of(len(looks) + 1)
             for measured in self._measured(claim, sampler, regions, open_bounces, level, len(looks) + 1):
                 found[measured.bounce] = judge(measured, self.tolerance, regions, None)
             count = sampler.regions[open_bounces[-1]].count  # twice as many at the next look
@@ -232,7 +232,7 @@ class _Trying:
                 Means.of(second),
                 relative_to[:, row],
                 level,
-                family=relative_to.size,
+                others=relative_to[0].size,
                 least_error=np.hypot(*least),
             )
             yield Measured(

@@ -1,11 +1,13 @@
 """What the run and a worker process say to each other.
 
-One line of JSON per message, both ways, over the worker's standard input and output. A ``Rendered`` is followed
-by the image itself, or by what the rays have hit: float64, little-endian, C order.
+One line of JSON per message, both ways, over the worker's standard input and output. A request is followed by a
+line with its scene; a ``Rendered`` by the image itself, or by what the rays have hit: float64, little-endian, C
+order.
 """
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import IO
 
 import msgspec
@@ -18,7 +20,6 @@ from scenes import Scene
 class Render(msgspec.Struct, tag="render"):
     """A request: one image."""
 
-    scene: Scene
     bounces: list[int]
     spp: int
     seed: int
@@ -26,8 +27,6 @@ class Render(msgspec.Struct, tag="render"):
 
 class FirstHits(msgspec.Struct, tag="first_hits"):
     """A request: what the rays through the centres of pixels meet first."""
-
-    scene: Scene
 
 
 class Ready(msgspec.Struct, tag="ready"):
@@ -60,20 +59,28 @@ Reply = Ready | Rendered | Refused | Failed
 _encoder = msgspec.json.Encoder()
 _replies: msgspec.json.Decoder[Reply] = msgspec.json.Decoder(Reply)
 _requests: msgspec.json.Decoder[Request] = msgspec.json.Decoder(Request)
+# a scene comes some thousand times, and to read and check it takes as long as a sample of every pixel
+_scene = lru_cache(maxsize=8)(msgspec.json.Decoder(Scene).decode)
 
 
-def send(stream: IO[bytes], message: Request | Reply, image: Images | None = None) -> None:
-    """Write a message, and the image that belongs to it."""
+def send_request(stream: IO[bytes], request: Request, scene: Scene) -> None:
+    """Write a request, and the scene that it is about."""
+    stream.write(_encoder.encode(request) + b"\n" + _encoder.encode(scene) + b"\n")
+    stream.flush()
+
+
+def receive_request(stream: IO[bytes]) -> tuple[Request, Scene] | None:
+    """The next request with its scene, or None at the end of the stream."""
+    line = stream.readline()
+    return (_requests.decode(line), _scene(stream.readline())) if line else None
+
+
+def send_reply(stream: IO[bytes], message: Reply, image: Images | None = None) -> None:
+    """Write a reply, and the image that belongs to it."""
     stream.write(_encoder.encode(message) + b"\n")
     if image is not None:
         stream.write(np.ascontiguousarray(image, dtype="<f8").tobytes())
     stream.flush()
-
-
-def receive_request(stream: IO[bytes]) -> Request | None:
-    """The next request, or None at the end of the stream."""
-    line = stream.readline()
-    return _requests.decode(line) if line else None
 
 
 def receive_reply(stream: IO[bytes]) -> tuple[Reply, Images | None]:

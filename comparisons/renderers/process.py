@@ -24,7 +24,7 @@ from comparisons.renderers.messages import (
     Reply,
     Request,
     receive_reply,
-    send,
+    send_request,
 )
 from comparisons.renderers.protocol import Hits, Images, RendererFailed, RendererTimeout, Unsupported
 from scenes import Scene
@@ -85,7 +85,7 @@ class RendererProcess:
             RendererFailed: it raised, crashed, or returned an image of the wrong shape or with a value that
                 is not finite.
         """
-        image = self._ask(Render(scene, list(bounces), spp, seed), timeout)
+        image = self._ask(Render(list(bounces), spp, seed), scene, timeout)
         check_image(image, bounces, scene)
         return image
 
@@ -96,7 +96,7 @@ class RendererProcess:
             Unsupported: it can't tell, or a feature of the scene is missing.
             RendererTimeout, RendererFailed: as above.
         """
-        hits = self._ask(FirstHits(scene), timeout)
+        hits = self._ask(FirstHits(), scene, timeout)
         shape = (5, scene.sensor.height * scene.sensor.width)
         if hits.shape != shape or np.isnan(hits).any():
             raise RendererFailed(
@@ -104,10 +104,10 @@ class RendererProcess:
             )
         return hits
 
-    def _ask(self, request: Request, timeout: float) -> Images:
+    def _ask(self, request: Request, scene: Scene, timeout: float) -> Images:
         assert self._process.stdin is not None
         try:
-            send(self._process.stdin, request)
+            send_request(self._process.stdin, request, scene)
         except BrokenPipeError:
             raise self._gone() from None
         reply, image = self._reply(timeout)

@@ -20,9 +20,10 @@ from comparisons.renderers.messages import (
     Reply,
     Request,
     receive_request,
-    send,
+    send_reply,
 )
 from comparisons.renderers.protocol import Hits, Images, Renderer, SeesFirstHits
+from scenes import Scene
 
 
 def main(name: str) -> None:
@@ -33,21 +34,21 @@ def main(name: str) -> None:
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     try:
         renderer = create(name)
-        send(replies, Ready(renderer.version()))
+        send_reply(replies, Ready(renderer.version()))
     except Exception as error:
         traceback.print_exc()
-        send(replies, Failed(f"{name} can't be loaded: {error}"))
+        send_reply(replies, Failed(f"{name} can't be loaded: {error}"))
         return
     while (request := receive_request(sys.stdin.buffer)) is not None:
-        send(replies, *_answer(renderer, request))
+        send_reply(replies, *_answer(renderer, *request))
 
 
-def _answer(renderer: Renderer, request: Request) -> tuple[Reply, Images | None]:
+def _answer(renderer: Renderer, request: Request, scene: Scene) -> tuple[Reply, Images | None]:
     try:
         if isinstance(request, FirstHits):
-            image = _first_hits(renderer, request)
+            image = _first_hits(renderer, scene)
         else:
-            image = renderer.render(request.scene, request.bounces, request.spp, request.seed)
+            image = renderer.render(scene, request.bounces, request.spp, request.seed)
     except Unsupported as missing:
         return Refused(str(missing)), None
     except Exception as error:
@@ -56,10 +57,10 @@ def _answer(renderer: Renderer, request: Request) -> tuple[Reply, Images | None]
     return Rendered(image.shape), image
 
 
-def _first_hits(renderer: Renderer, request: FirstHits) -> Hits:
+def _first_hits(renderer: Renderer, scene: Scene) -> Hits:
     if not isinstance(renderer, SeesFirstHits):
         raise Unsupported("first hits: its adapter has no first_hits(scene)")
-    return renderer.first_hits(request.scene)
+    return renderer.first_hits(scene)
 
 
 if __name__ == "__main__":

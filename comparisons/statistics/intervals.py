@@ -9,8 +9,10 @@ denominator of a region:
     interval  b − q s_b … b + q s_b,   q = t_{1 − α/2, ν}, stretched on the side of a tail: ``skewness.py``
 
 ``own`` intervals have the level of one look each: an intersection–union test passes if all of them lie inside
-the tolerance (Berger 1982). ``simultaneous`` ones hold together over all m intervals of a comparison, α / m
-each (Bonferroni). Looks are sequential: look j spends α / (j (j + 1)), which sums to α over any number of them.
+the tolerance (Berger 1982). ``simultaneous`` ones hold together over all intervals of a comparison, by a weighted
+Bonferroni bound (Genovese, Roeder and Wasserman 2006, Biometrika 93(3)): half of α is for the whole image, which
+sees the smallest biases and is one region of many, the other half for its tiles, each in equal parts over bounces
+and channels. Looks are sequential: look j spends α / (j (j + 1)), which sums to α over any number of them.
 
 A tile that no bright path has hit yet has too small a spread, or none at all, beside a mean that is too low. So,
 unless its mean is the truth, its error is at least half of what tiles have on average (root mean square), less in
@@ -41,6 +43,21 @@ _NO_DEVIATION = 1e-4  # relative: rounding in single precision stays far below i
 def alpha_of_look(alpha: float, look: int) -> float:
     """α / (j (j + 1)) for look j = 1, 2, …."""
     return alpha / (look * (look + 1))
+
+
+def alpha_of_regions(alpha: float, regions: int, others: int) -> Array:
+    """What each simultaneous interval may miss, ``(regions, 1)``: half of α for region 0, half for all others.
+
+    Args:
+        alpha: of this look.
+        regions: the whole image and its tiles, if there are any.
+        others: how many intervals each region has, bounces × channels.
+    """
+    if regions == 1:
+        return np.full((1, 1), alpha / others)
+    share = np.full((regions, 1), 0.5 / (regions - 1))
+    share[0] = 0.5
+    return alpha * share / others
 
 
 @dataclass(frozen=True)
@@ -140,7 +157,7 @@ def biases(
     truth: Means,
     denominator: Array,
     alpha: float,
-    family: int,
+    others: int,
     least_error: Array | float = 0.0,
 ) -> Biases:
     """Intervals for the relative bias of each region and channel of one bounce.
@@ -149,7 +166,7 @@ def biases(
         measured, truth: both sides, ``(regions, channels)``.
         denominator: what biases are relative to, of the same shape; see ``denominators``.
         alpha: of this look.
-        family: how many intervals hold together: regions × bounces × channels.
+        others: how many intervals each region has in this comparison: bounces × channels.
         least_error: of the measured means, that simultaneous intervals take for the least; see ``rare_events.py``.
     """
     s = _at_least_shared(measured, truth, denominator)
@@ -169,9 +186,10 @@ def biases(
         spread = np.where(variance > 0, (s**4 * measured.spread + s_t**4 * truth.spread) / variance**2, 0.0)
     freedom = np.where(np.isfinite(freedom) & (variance > 0), freedom, np.inf)
     bias, error = (measured.mean - truth.mean) / denominator, np.sqrt(variance) / denominator
+    each = alpha_of_regions(alpha, len(bias), others)
     own, simultaneous = (
         [q * skewness.stretch(tail * (q + tail / 6)) for tail in tails]
-        for q in (stats.t.isf(alpha / 2, freedom), stats.t.isf(alpha / 2 / family, freedom))
+        for q in (stats.t.isf(alpha / 2, freedom), stats.t.isf(each / 2, freedom))
     )
     cautious = np.maximum(error, least_error / denominator)
     return Biases(

@@ -58,7 +58,7 @@ def test_first_hits_are_an_option(wrong: Any, scene: Scene) -> None:
         with pytest.raises(Unsupported, match=r"first hits: its adapter has no first_hits\(scene\)"):
             process.first_hits(scene, timeout=60)
         assert process.render(scene, [0], 1, 0, timeout=60).shape == (1, 8, 8, 3)
-        process._ask = lambda request, timeout: np.zeros((5, 7))  # type: ignore[method-assign]
+        process._ask = lambda request, scene, timeout: np.zeros((5, 7))  # type: ignore[method-assign]
         with pytest.raises(RendererFailed, match=r"hits of shape \(5, 7\), expected \(5, 64\)"):
             process.first_hits(scene, timeout=60)
 

@@ -3,7 +3,15 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from comparisons.statistics.intervals import Biases, Means, Range, alpha_of_look, biases, denominators
+from comparisons.statistics.intervals import (
+    Biases,
+    Means,
+    Range,
+    alpha_of_look,
+    alpha_of_regions,
+    biases,
+    denominators,
+)
 from comparisons.statistics.moments import Moments
 
 
@@ -11,6 +19,15 @@ def test_looks_spend_no_more_than_alpha() -> None:
     spent = sum(alpha_of_look(0.01, look) for look in range(1, 10_000))
     assert spent <= 0.01
     assert alpha_of_look(0.01, 1) == 0.005
+
+
+def test_regions_share_alpha_half_and_half() -> None:
+    image, *tiles = alpha_of_regions(0.01, regions=17, others=18).ravel()
+    assert image * 18 == 0.005
+    np.testing.assert_allclose(tiles, 0.005 / 16 / 18)
+    assert (
+        alpha_of_regions(0.01, regions=1, others=5).sum() * 5 == 0.01
+    )  # without tiles it is all the image's
 
 
 def test_denominators() -> None:
@@ -25,7 +42,7 @@ def found_in(replicates: np.ndarray, truth: float = 1.0, error: float = 0.0, alp
     """Biases of replicates ``(count, regions, channels)`` against one truth everywhere."""
     full = np.full(replicates.shape[1:], truth)
     measured = Means.of(Moments.of_all(replicates))
-    return biases(measured, Means.known(full, full * error), full, alpha, family=full.size)
+    return biases(measured, Means.known(full, full * error), full, alpha, others=full[0].size)
 
 
 def test_the_interval_is_the_textbook_one_where_the_truth_is_exact() -> None:
@@ -42,7 +59,7 @@ def test_two_noisy_sides_are_compared_as_welch_does() -> None:
     a, b = rng.normal(1.0, 0.3, (20, 1, 1)), rng.normal(1.0, 0.1, (10, 1, 1))
     a, b = np.concatenate([a, 2 - a]), np.concatenate([b, 2 - b])
     sides = [Means.of(Moments.of_all(x)) for x in (a, b)]
-    found = biases(*sides, np.full((1, 1), 2.0), alpha=0.05, family=1)  # a fixed denominator: no ratio
+    found = biases(*sides, np.full((1, 1), 2.0), alpha=0.05, others=1)  # a fixed denominator: no ratio
     expected = stats.ttest_ind(a.ravel(), b.ravel(), equal_var=False)
     low, high = expected.confidence_interval(0.95)
     np.testing.assert_allclose([found.own.low[0, 0], found.own.high[0, 0]], [low / 2, high / 2], rtol=1e-9)

@@ -16,6 +16,11 @@ _replicates = arrays(
 )
 
 
+def one_by_one(replicates: np.ndarray) -> Moments:
+    first, *others = replicates
+    return reduce(Moments.including, others, Moments.of(first))
+
+
 @given(_replicates, st.data())
 def test_any_split_gives_the_moments_of_the_whole(replicates: np.ndarray, data: st.DataObject) -> None:
     cut = data.draw(st.integers(1, len(replicates) - 1))
@@ -25,10 +30,12 @@ def test_any_split_gives_the_moments_of_the_whole(replicates: np.ndarray, data: 
     scale = max(1.0, float(np.abs(replicates).max()))
     np.testing.assert_allclose(whole.mean, replicates.mean(axis=0), atol=1e-12 * scale)
     np.testing.assert_allclose(whole.variance, replicates.var(axis=0, ddof=1), atol=1e-11 * scale**2)
-    at_once = Moments.of_all(replicates)
-    np.testing.assert_allclose(at_once.m2, whole.m2, atol=1e-11 * scale**2)
-    np.testing.assert_allclose(at_once.m3, whole.m3, atol=1e-10 * scale**3)
-    np.testing.assert_allclose(at_once.m4, whole.m4, atol=1e-9 * scale**4)
+    for at_once in (Moments.of_all(replicates), one_by_one(replicates)):
+        np.testing.assert_allclose(at_once.m2, whole.m2, atol=1e-11 * scale**2)
+        np.testing.assert_allclose(at_once.m3, whole.m3, atol=1e-10 * scale**3)
+        np.testing.assert_allclose(at_once.m4, whole.m4, atol=1e-9 * scale**4)
+        np.testing.assert_array_equal(at_once.lowest, replicates.min(axis=0))
+        np.testing.assert_array_equal(at_once.highest, replicates.max(axis=0))
     np.testing.assert_array_equal(whole.lowest, replicates.min(axis=0))
     np.testing.assert_array_equal(whole.highest, replicates.max(axis=0))
 
@@ -47,6 +54,8 @@ def test_one_replicate_has_no_spread() -> None:
 def test_replicates_of_different_shapes_are_refused() -> None:
     with pytest.raises(ValueError, match=r"shape \(2,\) can't take some of shape \(3,\)"):
         Moments.of(np.ones(2)) + Moments.of(np.ones(3))
+    with pytest.raises(ValueError, match=r"shape \(2,\) can't take one of shape \(3,\)"):
+        Moments.of(np.ones(2)).including(np.ones(3))
 
 
 def test_rounding_is_no_spread() -> None:

@@ -58,7 +58,7 @@ def fails(rng: np.random.Generator, spp: int = 1, dim: float = 1.0, aware: bool 
         Means.known(TRUTH, np.zeros_like(TRUTH)),
         denominator,
         ALPHA,
-        family=TRUTH.size,
+        others=TRUTH[0].size,
         least_error=least if aware else 0.0,
     )
     return bool(found.simultaneous.outside(np.full((5, 1), 0.02))[DIM, 0])
