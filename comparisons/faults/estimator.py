@@ -1,0 +1,7 @@
+"""Faults of the estimator."""
+
+from __future__ import annotations
+
+from comparisons.faults.fault import Fault
+
+FAULTS: tuple[Fault, ...] = ()

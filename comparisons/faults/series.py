@@ -1,0 +1,7 @@
+"""Faults of the series."""
+
+from __future__ import annotations
+
+from comparisons.faults.fault import Fault
+
+FAULTS: tuple[Fault, ...] = ()
