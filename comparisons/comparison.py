@@ -9,15 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from comparisons.crew import Crew
+from comparisons.hints import BLOCKS, hints
 from comparisons.in_process import InProcess
 from comparisons.known import Deviation, declared
 from comparisons.metrics import partial_sum_metrics, term_metrics
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, Unsupported, canonical, traits
-from comparisons.results import BounceResult, Comparison, Images, Look
+from comparisons.results import BounceResult, Comparison, Hint, Images, Look
 from comparisons.sequential import FIRST_LOOK, MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.statistics import skewness
@@ -27,7 +29,10 @@ from comparisons.truth import ESTIMATOR, STAND_IN
 from comparisons.verdict import Measured, judge, overall
 from scenes import Case, Estimate, Truth
 from scenes.channels import channel_names
+from scenes.features import features
 from scenes.formats import exr
+
+Array = NDArray[np.float64]
 
 _AS_NOISY = 0.95
 """Bounces are sampled together if their noise is at least this share of the largest."""
@@ -220,9 +225,10 @@ class Comparing:
         exr.write_bounces(folder / images.renderer, mean, stderr, header, self.case.wavelengths)
         gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
         vanished = [f"Bounce {k}: the declared deviation has vanished; remove its entry." for k in gone]
+        verdict = overall(b.verdict for b in bounces)
         return Comparison(
             **about(self.case, self.shown_name, self.settings),
-            verdict=overall(b.verdict for b in bounces),
+            verdict=verdict,
             seconds=sampler.seconds,
             spp=max(b.spp for b in bounces),
             replicates=max(b.replicates for b in bounces),
@@ -235,7 +241,12 @@ class Comparing:
             truth_source=self.truth.source,
             message=_undecided(bounces, self.settings.budget),
             notes=self.notes + vanished + _warnings(bounces, sampler),
+            hints=self._hints(mean) if verdict == "fail" else [],
         )
+
+    def _hints(self, mean: Array) -> list[Hint]:
+        """What the sum seems to have gone through, if the image is large enough to tell."""
+        return hints(mean.sum(axis=0), self.truth.mean) if min(mean.shape[1:3]) >= BLOCKS else []
 
 
 def _warnings(bounces: list[BounceResult], sampler: Sampler) -> list[str]:
@@ -298,6 +309,7 @@ def about(case: Case, renderer: str, settings: Settings) -> dict[str, Any]:
         "channels": channel_names(channels, case.wavelengths),
         "tiles": (regions.rows, regions.columns),
         "alpha": settings.alpha,
+        "features": list(features(case.scene)),
     }
 
 

@@ -23,9 +23,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons.results import Hint
+
 Array = NDArray[np.float64]
 
-_BLOCKS = 8
+BLOCKS = 8
 _FLOOR = 0.05
 _FAR_BETTER = 0.1  # of the misfit: a third of the deviation
 
@@ -35,11 +37,18 @@ _TURNS: dict[str, Callable[[Array], Array]] = {
     "mirrored left to right": lambda image: image[:, ::-1],
     "turned by 180°": lambda image: image[::-1, ::-1],
 }
+_KINDS = {
+    "turned": "turned",
+    "mirrored": "turned",
+    "decoded": "encoded",
+    "with": "exchanged",
+    "divided": "scaled",
+}
 _CONSTANTS = {"π": math.pi, "2π": 2 * math.pi, "4π": 4 * math.pi, "1/π": 1 / math.pi}
 
 
-def hints(image: Array, terms: Array) -> list[str]:
-    """Sentences that say what the image may have gone through; none where nothing explains it far better.
+def hints(image: Array, terms: Array) -> list[Hint]:
+    """Kinds and sentences that say what the image may have gone through; none where nothing explains it far better.
 
     Args:
         image: the sum of all bounces, ``(height, width, channels)``, finite, at least 8 × 8 pixels.
@@ -48,18 +57,19 @@ def hints(image: Array, terms: Array) -> list[str]:
     truth = terms.sum(axis=0)
     if truth.mean() <= 0:
         return []
-    found, brightest = [], float(truth.max())
+    found, brightest = list[Hint](), float(truth.max())
     if 0.999 < image.max() <= 1 and brightest > 1.05:
-        found.append(f"No value is above 1, but the truth reaches {brightest:.4g}: it seems to be clipped.")
+        text = f"No value is above 1, but the truth reaches {brightest:.4g}: it seems to be clipped."
+        found.append(Hint(kinds=["clipped"], text=text))
         truth = np.minimum(truth, 1)
     if not found and (counted := _counted(image, terms)):
         return [counted]
     undone = _undone(image, truth)
-    return [undone, *found] if undone else found + _displaced(image, truth)
+    return [*undone, *found] if undone else found + _displaced(image, truth)
 
 
-def _counted(image: Array, terms: Array) -> str:
-    """Whether it has fewer bounces than asked for, or all of them; empty if not.
+def _counted(image: Array, terms: Array) -> Hint | None:
+    """Whether it has fewer bounces than asked for, or all of them; None if not.
 
     What lies beyond the last bounce is taken for a geometric series with the ratio of the last two, per channel.
     """
@@ -73,16 +83,20 @@ def _counted(image: Array, terms: Array) -> str:
     misfits = {n: _misfit(_blocks(image), expected, weights) for n, expected in tried.items()}
     best = min(misfits, key=lambda n: misfits[n], default=last)
     if best == last or misfits[best] > _FAR_BETTER * plain:
-        return ""
+        return None
     if best > last:
-        return (
+        text = (
             f"It fits far better with more bounces than {last}: give --bounces as many as it was made with."
         )
-    return f"It fits the truth of bounces 0 to {best} far better: does it have no more? Then say --bounces {best}."
+        return Hint(kinds=["bounces"], text=text)
+    return Hint(
+        kinds=["bounces"],
+        text=f"It fits the truth of bounces 0 to {best} far better: does it have no more? Then say --bounces {best}.",
+    )
 
 
-def _undone(image: Array, truth: Array) -> str:
-    """The best way to undo something, as a sentence; empty if the image is as good as it is."""
+def _undone(image: Array, truth: Array) -> list[Hint]:
+    """The best way to undo something; none if the image is as good as it is."""
     expected = _blocks(truth)
     weights = _weights(expected)
     plain = _misfit(_blocks(image), expected, weights)
@@ -94,9 +108,10 @@ def _undone(image: Array, truth: Array) -> str:
     good = [(steps, misfit, done) for misfit, steps, done in tried if misfit <= 2 * best + 1e-12]
     _, misfit, done = min(good)
     if not done or misfit > _FAR_BETTER * plain:
-        return ""
+        return []
     left = 100 * math.sqrt(misfit / plain)
-    return f"It fits the truth far better {' and '.join(done)}: {left:.0f} % of the deviation is left then."
+    text = f"It fits the truth far better {' and '.join(done)}: {left:.0f} % of the deviation is left then."
+    return [Hint(kinds=[_KINDS[step.split()[0]] for step in done], text=text)]
 
 
 def _ways(image: Array, truth: Array) -> Iterator[tuple[list[str], Array]]:
@@ -130,7 +145,7 @@ def _from_srgb(image: Array) -> Array:
 def _blocks(image: Array) -> Array:
     """Means over 8 × 8 blocks of nearly equal size."""
     for axis in (0, 1):
-        edges = np.arange(_BLOCKS) * image.shape[axis] // _BLOCKS
+        edges = np.arange(BLOCKS) * image.shape[axis] // BLOCKS
         lengths = np.diff(edges, append=image.shape[axis])
         image = np.add.reduceat(image, edges, axis) / lengths.reshape(
             [-1 if a == axis else 1 for a in range(3)]
@@ -152,7 +167,7 @@ def _scale(image: Array, truth: Array) -> float:
     return float((image * truth * _weights(truth)).sum() / (truth**2 * _weights(truth)).sum())
 
 
-def _displaced(image: Array, truth: Array) -> list[str]:
+def _displaced(image: Array, truth: Array) -> list[Hint]:
     """Whether the edges of the image are shifted or softer."""
     t, r = truth, (image - truth)[1:-1, 1:-1]
     root = np.sqrt(_weights(t))[1:-1, 1:-1]
@@ -177,13 +192,15 @@ def _displaced(image: Array, truth: Array) -> list[str]:
         sides = (
             f"{abs(x):.2f} pixels {'right' if x > 0 else 'left'} and {abs(y):.2f} {'down' if y > 0 else 'up'}"
         )
-        found.append(
+        text = (
             f"Its edges look shifted by {sides}: half a pixel usually means corners of pixels that were "
             "taken for their centres."
         )
+        found.append(Hint(kinds=["shifted"], text=text))
     if c > max(8 * error[2], 0.03):
-        found.append(
+        text = (
             "Its edges look softer than the truth's, which is each pixel's own average: was it rendered with a wider "
             "pixel filter than the box, or denoised?"
         )
+        found.append(Hint(kinds=["soft"], text=text))
     return found

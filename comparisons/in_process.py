@@ -16,8 +16,9 @@ from typing import TypeVar
 import numpy as np
 
 from comparisons.crew import Crew
-from comparisons.renderers import Entry, Images, Renderer, RendererError, RendererFailed
-from comparisons.renderers.process import LOG_LINES, check_image
+from comparisons.renderers import Entry, Hits, Images, Renderer, RendererError, RendererFailed, Unsupported
+from comparisons.renderers.process import LOG_LINES, check_hits, check_image
+from comparisons.renderers.protocol import SeesFirstHits
 from scenes import Scene
 
 T = TypeVar("T")
@@ -27,14 +28,14 @@ class InProcess(Crew):
     """A crew of one, whatever name it is called by.
 
     Attributes:
-        short_name: what it is called in results: its class.
+        short_name: what it is called in results: its ``name`` if it has one, else its class.
         name: the full name, which no registered renderer has.
         traits: what it declares of itself by attributes: ``deterministic = True`` has no noise.
     """
 
     def __init__(self, renderer: Renderer) -> None:
         super().__init__(jobs=1)
-        self.short_name = type(renderer).__name__
+        self.short_name = str(getattr(renderer, "name", type(renderer).__name__))
         self.name = f"in-process:{self.short_name}"
         self.traits = Entry("", "", "", "", deterministic=getattr(renderer, "deterministic", False) is True)
         self._renderer = renderer
@@ -57,6 +58,20 @@ class InProcess(Crew):
         future: Future[Images] = Future()
         try:
             future.set_result(self._image(scene, tuple(bounces), spp, seed))
+        except RendererError as error:
+            future.set_exception(error)
+        return future
+
+    def first_hits(self, name: str, scene: Scene, timeout: float) -> Future[Hits]:
+        """The same of what its rays meet, if it can tell."""
+        future: Future[Hits] = Future()
+        try:
+            if not isinstance(self._renderer, SeesFirstHits):
+                raise Unsupported("first hits: it has no first_hits(scene)")
+            seer = self._renderer
+            hits = _called(lambda: np.array(seer.first_hits(scene), dtype=np.float64))
+            check_hits(hits, scene)
+            future.set_result(hits)
         except RendererError as error:
             future.set_exception(error)
         return future

@@ -164,6 +164,16 @@ class ResidualNoise(Struct, frozen=True, kw_only=True):
     brightest_outliers: list[Outlier]
 
 
+class Hint(Struct, frozen=True, kw_only=True):
+    """What an image seems to have gone through; ``comparisons.hints``."""
+
+    kinds: Annotated[
+        list[str],
+        Meta(description="of turned, encoded, exchanged, scaled, clipped, bounces, shifted, soft"),
+    ]
+    text: str
+
+
 class SingleImage(Struct, frozen=True, kw_only=True):
     """A finished image from anywhere, held against a case without replicates; ``comparisons.single_image``."""
 
@@ -225,6 +235,10 @@ class Comparison(Struct, frozen=True, kw_only=True):
     )
     log: Annotated[list[str], Meta(description="the last lines the renderer's process printed")] = []
     notes: list[str] = []
+    features: Annotated[list[str], Meta(description="what the scene is made of; scenes.features")] = []
+    hints: Annotated[
+        list[Hint], Meta(description="what the sum of a failed comparison seems to have gone through")
+    ] = []
     single_image: SingleImage | None = None
 
 

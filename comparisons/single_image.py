@@ -99,7 +99,7 @@ def check(
             independent=independent,
             noise=[checked.described(i) for i in range(len(images))],
             limits=checked.limits(),
-            hints=[] if verdict == "pass" else hints(images.sum(axis=0), terms),
+            hints=[] if verdict == "pass" else [hint.text for hint in hints(images.sum(axis=0), terms)],
         ),
     )
 

@@ -69,7 +69,7 @@ def compare(
 ) -> Results:
     """Hold every case against every renderer, try the relations, and write ``results.json`` and the images.
 
-    Renderers are names, or objects of this process (``comparisons.in_process``), on which no relation is tried.
+    Renderers are names, or objects of this process (``comparisons.in_process``).
 
     Returns:
         What ``results.json`` holds.
@@ -90,8 +90,7 @@ def compare(
     for comparison in campaign.run(cases, renderers, settings, folder, observer):
         comparisons.append(comparison)
         write()  # after each, so that a run that is cut short keeps what it has found
-    named = [renderer for renderer in renderers if isinstance(renderer, str)]
-    for result in relations.run(tasks, named, settings, observer):
+    for result in relations.run(tasks, renderers, settings, observer):
         related.append(result)
         write()
     return write()

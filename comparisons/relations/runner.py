@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 
 from comparisons.crew import Crew as Processes
+from comparisons.in_process import InProcess
 from comparisons.regions import Regions
 from comparisons.relations.relation import Claim, Equal, NotApplicableError, Relation
 from comparisons.relations.replicates import Crew, Pairs, split
-from comparisons.renderers import Hits, Images, RendererError, Unsupported, canonical, traits
+from comparisons.renderers import Entry, Hits, Images, Renderer, RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Look, RelationResult
 from comparisons.sequential import GRACE, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
@@ -76,7 +77,7 @@ class Task:
 
 def run(
     tasks: Sequence[Task],
-    renderers: Sequence[str],
+    renderers: Sequence[str | Renderer],
     settings: Settings,
     observer: Observer,
     crew: Crew | None = None,
@@ -85,34 +86,47 @@ def run(
 
     Args:
         tasks: what to try.
-        renderers: their names.
+        renderers: their names, or objects of this process; see ``comparisons.in_process``.
         settings: bounces, tolerances, size, alpha, budget, seed, jobs.
         observer: who wants to see it.
-        crew: who renders; None: processes of its own, which end with the run.
+        crew: who renders what is named; None: processes of its own, which end with the run.
 
     Raises:
         UnknownNameError: there is no renderer of that name. Nothing has been rendered then.
     """
-    names = {name: canonical(name) for name in renderers}
+    named = {name: canonical(name) for name in renderers if isinstance(name, str)}
     if crew is None:
         with Processes(settings.jobs) as own:
             yield from run(tasks, renderers, settings, observer, own)
         return
-    for shown, name in names.items():
+    for renderer in dict.fromkeys(renderers):
+        guest = None if isinstance(renderer, str) else InProcess(renderer)
+        shown, name = (guest.short_name, guest.name) if guest else (str(renderer), named[str(renderer)])
+        who = guest or crew
         for task in tasks:
             observer.started(f"{task.relation.name} ({task.subject.name})", shown)
-            trying = _Trying(task, shown, name, settings, crew, observer)
+            trying = _Trying(
+                task, shown, name, settings, who, observer, guest.traits if guest else traits(name)
+            )
             yield from (found := trying.results())
             observer.related(found)
-        crew.dismiss(name)
+        who.dismiss(name)
 
 
 class _Trying:
     """One relation on one scene with one renderer."""
 
     def __init__(
-        self, task: Task, shown: str, name: str, settings: Settings, crew: Crew, observer: Observer
+        self,
+        task: Task,
+        shown: str,
+        name: str,
+        settings: Settings,
+        crew: Crew,
+        observer: Observer,
+        declared: Entry,
     ) -> None:
+        self.traits = declared
         self.relation, self.shown, self.name = task.relation, shown, name
         self.settings, self.crew, self.observer = settings, crew, observer
         self.subject, self.walks = task.subject, task.walks
@@ -165,7 +179,7 @@ class _Trying:
         def show(share: float) -> None:
             self.observer.progressed(share, f"open bounces: {', '.join(map(str, open_bounces))}")
 
-        deterministic = traits(self.name).deterministic
+        deterministic = self.traits.deterministic
         sampler = Sampler(self._job(claim, bounces, show, deterministic), self._pairs(claim), regions)
         # without early stop there is one look, at the end
         count = sampler.enough if self.settings.early_stop or deterministic else _ALL

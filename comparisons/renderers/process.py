@@ -97,11 +97,7 @@ class RendererProcess:
             RendererTimeout, RendererFailed: as above.
         """
         hits = self._ask(FirstHits(), scene, timeout)
-        shape = (5, scene.sensor.height * scene.sensor.width)
-        if hits.shape != shape or np.isnan(hits).any():
-            raise RendererFailed(
-                f"returned hits of shape {hits.shape}, expected {shape}, all of them numbers"
-            )
+        check_hits(hits, scene)
         return hits
 
     def _ask(self, request: Request, scene: Scene, timeout: float) -> Images:
@@ -175,6 +171,17 @@ class RendererProcess:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def check_hits(hits: Hits, scene: Scene) -> None:
+    """Refuse what is no answer to what the rays of the scene's sensor meet.
+
+    Raises:
+        RendererFailed: its shape is another, or a value is not a number.
+    """
+    shape = (5, scene.sensor.height * scene.sensor.width)
+    if hits.shape != shape or np.isnan(hits).any():
+        raise RendererFailed(f"returned hits of shape {hits.shape}, expected {shape}, all of them numbers")
 
 
 def check_image(image: Images, bounces: Sequence[int], scene: Scene) -> None:

@@ -57,7 +57,7 @@ def test_what_was_done_to_an_image_is_recognised(terms: Array, name: str, share:
     change, expected = PLANTED[name]
     image = noisy(terms.sum(axis=0), share)
     found = hints(np.minimum(change(image), 1) if name == "clipped" else change(image), terms)
-    assert expected in " ".join(found)
+    assert expected in " ".join(hint.text for hint in found)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5])
@@ -78,7 +78,9 @@ def test_nothing_is_said_of_what_is_none_of_this(terms: Array, share: float) -> 
 def test_half_a_pixel_is_recognised(terms: Array, x: float, y: float) -> None:
     shifted = ndimage.shift(terms.sum(axis=0), (y, x, 0), order=1, mode="nearest")
     [found, *_] = hints(noisy(shifted, 0.05), terms)
-    match = re.match(r"Its edges look shifted by ([\d.]+) pixels (right|left) and ([\d.]+) (down|up):", found)
+    match = re.match(
+        r"Its edges look shifted by ([\d.]+) pixels (right|left) and ([\d.]+) (down|up):", found.text
+    )
     assert match is not None
     assert float(match[1]) == pytest.approx(0.5, abs=0.1)
     assert match[2] == ("right" if x > 0 else "left")
@@ -89,16 +91,17 @@ def test_half_a_pixel_is_recognised(terms: Array, x: float, y: float) -> None:
 def test_a_wider_filter_is_recognised(terms: Array) -> None:
     soft = ndimage.gaussian_filter(terms.sum(axis=0), (0.5, 0.5, 0))
     [found] = hints(noisy(soft, 0.05), terms)
-    assert "softer than the truth's" in found
+    assert found.kinds == ["soft"]
+    assert "softer than the truth's" in found.text
 
 
 def test_another_number_of_bounces_is_recognised(terms: Array) -> None:
     [fewer] = hints(noisy(terms[:5].sum(axis=0), 0.01), terms)
-    assert fewer.endswith("Then say --bounces 4.")
+    assert fewer.text.endswith("Then say --bounces 4.")
     zones = case("sphere-zones")
     everything = zones.answer.evaluate(zones.scene, 60).sum(axis=0)  # type: ignore[union-attr]
     [more] = hints(noisy(everything, 0.01), terms)
-    assert "with more bounces than 5" in more
+    assert "with more bounces than 5" in more.text
 
 
 def test_black_truth_has_no_hints() -> None:

@@ -131,7 +131,7 @@ def attempt() -> Try:
         stage: str | None = None,
         hits: Callable[[Scene], Hits] | None = None,
         crew: Any = None,
-        renderer: str = "reference",
+        renderer: Any = "reference",
         walks: int = 2048,
         last: int = 2,
         **settings: Any,

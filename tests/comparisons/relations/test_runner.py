@@ -12,7 +12,7 @@ from scipy import stats
 from comparisons.relations import RELATIONS, STAGES, Subject, Task, all_tasks, cheap_tasks, run
 from comparisons.relations.relation import Equal, Part, Relation
 from comparisons.relations.replicates import Pairs, split
-from comparisons.renderers import Images, RendererFailed, Unsupported
+from comparisons.renderers import Images, RendererFailed, Unsupported, create
 from comparisons.results import RelationResult
 from comparisons.sequential import Sampler
 from comparisons.settings import Settings
@@ -283,3 +283,19 @@ def test_each_says_what_it_tests_and_what_it_can_t_see(name: str) -> None:
 
 def test_every_operator_has_a_relation() -> None:
     assert {r.operator for r in RELATIONS.values()} == {"E", "G", "R", "T", "sensor", "estimator"}
+
+
+def test_an_object_of_this_process_is_tried_like_any_renderer(attempt: Try) -> None:
+    class Named:
+        name = "mine"
+
+        def version(self) -> str:
+            return "7"
+
+        def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
+            return create("reference").render(scene, bounces, spp, seed)
+
+    found = attempt("homogeneity", renderer=Named(), bounces=1, budget=5)
+    assert [(one.renderer, one.renderer_version, one.verdict) for one in found] == [("mine", "7", "pass")]
+    [hits] = attempt("first-hits", renderer=Named())
+    assert hits.verdict == "unsupported"
