@@ -20,7 +20,7 @@ from comparisons.metrics import partial_sum_metrics, term_metrics
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Comparison, Hint, Images, Look
-from comparisons.sequential import FIRST_LOOK, MIN_REPLICATES, Job, Sampler, first_seed
+from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Biases, Means, biases, denominators
@@ -120,7 +120,7 @@ class Comparing:
             budget,
             show,
             # where the only look is at the end, replicates may be longer, which are cheaper to ask for
-            first_look=FIRST_LOOK if self.settings.early_stop else budget / 12,
+            first_look=self.settings.first_look if self.settings.early_stop else budget / 12,
             deterministic=self.traits.deterministic,
         )
 

@@ -24,6 +24,7 @@ BounceVerdict = Literal["pass", "fail", "inconclusive", "known"]
 Verdict = Literal["pass", "fail", "inconclusive", "known", "unsupported", "error"]
 DeclarationState = Literal["confirmed", "changed", "vanished", "tolerated", "undecided"]
 Interval = tuple[float, float]
+Operator = Literal["E", "G", "R", "series", "estimator", "sensor", "sampler"]
 
 
 class Place(Struct, frozen=True, kw_only=True):
@@ -275,6 +276,19 @@ class RelationResult(Struct, frozen=True, kw_only=True):
     log: Annotated[list[str], Meta(description="the last lines the renderer's process printed")] = []
 
 
+class Diagnosis(Struct, frozen=True, kw_only=True):
+    """What is most likely at fault in a renderer that failed; ``comparisons.diagnosis``."""
+
+    renderer: str
+    suspect: Annotated[
+        Operator | None, Meta(description="null: can't tell; what comes nearest is in also_possible")
+    ]
+    sentence: Annotated[str, Meta(description="the suspect, with the strongest evidence")]
+    evidence: Annotated[list[str], Meta(description="all that was weighed, the strongest first")]
+    also_possible: list[Operator] = []
+    next_case: Annotated[str, Meta(description="the cheapest case that would tell more; empty: none")] = ""
+
+
 class Provenance(Struct, frozen=True, kw_only=True):
     """What is needed to repeat the run."""
 
@@ -300,6 +314,7 @@ class Results(Struct, frozen=True, kw_only=True):
     relations: Annotated[
         list[RelationResult], Meta(description="checks that need no truth and no second renderer")
     ] = []
+    diagnoses: Annotated[list[Diagnosis], Meta(description="one for each renderer that failed")] = []
 
 
 class ResultsError(ValueError):

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from comparisons.known import Deviation
 from comparisons.results import Comparison, RelationResult
+from comparisons.sequential import FIRST_LOOK
 from comparisons.statistics.intervals import alpha_of_look
 
 DEFAULT_BUDGET = 75.0
@@ -28,6 +29,7 @@ class Settings:
         known: declared deviations.
         early_stop: whether to stop as soon as every bounce is decided; if not, there is one look, at the end of
             the budget.
+        first_look: seconds that the least number of replicates should take; less, for less.
     """
 
     bounces: int | None = None
@@ -40,6 +42,7 @@ class Settings:
     jobs: int = 1
     known: tuple[Deviation, ...] = ()
     early_stop: bool = True
+    first_look: float = FIRST_LOOK
 
     def alpha_of(self, look: int) -> float:
         """What a look may spend: all of α where it is the only one."""

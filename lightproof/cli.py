@@ -27,6 +27,7 @@ from lightproof import exports, options, terminal
 from lightproof.cases import CaseError, announced, from_entry_point
 from lightproof.check import check
 from lightproof.choice import check_size, one_case, relation_tasks, several_cases, subject
+from lightproof.faults import faults
 from lightproof.folder import prepare
 from lightproof.parameters import percents, size
 from lightproof.validate import exit_status
@@ -132,6 +133,9 @@ def _distinct(names: Sequence[str]) -> list[str]:
 
 
 app.command(epilog="Exit status as of 'lightproof validate'.")(check)
+app.command(epilog="Exit status: 0 all that can be seen was caught and nothing sound failed, 1 not so.")(
+    faults
+)
 
 
 @app.command()

@@ -131,6 +131,10 @@ def show_verdicts(out: Console, outcome: Results) -> None:
     results: list[Comparison | RelationResult] = [*outcome.comparisons, *outcome.relations]
     if any(result.bounces for result in results):
         out.print(_CAPTION)
+    for diagnosis in outcome.diagnoses:
+        out.print(
+            Text(f"{diagnosis.renderer}: ", "bold").append(wording.diagnosis(diagnosis), ""), soft_wrap=True
+        )
     out.print(wording.outcome(results)[1])
 
 

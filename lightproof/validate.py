@@ -13,6 +13,7 @@ from pathlib import Path
 
 import reports
 from comparisons import campaign, relations, results
+from comparisons.diagnosis import diagnoses
 from comparisons.renderers import Renderer
 from comparisons.results import Comparison, Provenance, RelationResult, Results, Verdict
 from comparisons.sequential import first_seed
@@ -83,7 +84,8 @@ def compare(
 
     def write() -> Results:
         made = provenance(settings, date, time.monotonic() - start)
-        outcome = Results(provenance=made, comparisons=comparisons, relations=related)
+        found = diagnoses(comparisons, related)
+        outcome = Results(provenance=made, comparisons=comparisons, relations=related, diagnoses=found)
         results.write(outcome, folder)
         return outcome
 

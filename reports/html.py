@@ -50,6 +50,7 @@ def write(results: Results, folder: Path) -> Path:
             verdict=verdict,
             outcome=outcome,
             counts=wording.counts(checks),
+            diagnoses=[(d, wording.diagnosis(d)) for d in results.diagnoses],
             relations=[(r, wording.relation_finding(r)) for r in results.relations],
             meanings=wording.MEANINGS,
             symbols=_SYMBOLS,

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import get_args
 
-from comparisons.results import BounceResult, Comparison, Interval, RelationResult, Verdict
+from comparisons.results import BounceResult, Comparison, Diagnosis, Interval, RelationResult, Verdict
 from reports import quantities
 
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
@@ -54,6 +54,14 @@ def outcome(results: Sequence[Result]) -> tuple[Verdict, str]:
     if found["unsupported"]:
         return "pass", f"{_share(found['pass'], total, noun)} passed; the rest is unsupported."
     return "pass", f"{_share(total, total, noun)} passed."
+
+
+def diagnosis(found: Diagnosis) -> str:
+    """What is most likely at fault, and which case would tell more."""
+    advice = (
+        f" The case that would tell more in the least time: {found.next_case}." if found.next_case else ""
+    )
+    return found.sentence + advice
 
 
 def finding(comparison: Comparison) -> str:

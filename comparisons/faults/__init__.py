@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from comparisons.faults import emission, estimator, propagation, reflection, sampler, sensor, series, sound
-from comparisons.faults.fault import Fault, Operator, Sound
+from comparisons.faults.fault import Fault, Sound
 
-__all__ = ["FAULTS", "SOUND_VARIANTS", "Fault", "Operator", "Sound"]
+__all__ = ["FAULTS", "SOUND_VARIANTS", "Fault", "Sound"]
 
 FAULTS: Mapping[str, Fault] = MappingProxyType(
     {

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 from comparisons.renderers import Renderer
-
-Operator = Literal["E", "G", "R", "series", "estimator", "sensor", "sampler"]
-"""What a fault is of, as a diagnosis names it."""
+from comparisons.results import Operator
 
 Plant = Callable[[Renderer], Renderer]
 """Makes a renderer another one that has the fault; the one it is given stays as it is."""
@@ -21,7 +18,7 @@ class Fault:
 
     Attributes:
         name: as ``lightproof faults`` takes it.
-        operator: what is wrong.
+        operator: what is wrong, as a diagnosis names it.
         what: how, in one line.
         plant: puts it into a renderer.
         happened: addresses of public issues or commits where it did, in a real renderer.

@@ -52,6 +52,14 @@ class _Wrapped:
         return self._inner.first_hits(scene)
 
 
+class Named(_Wrapped):
+    """The renderer by another name."""
+
+    def __init__(self, inner: Renderer, name: str) -> None:
+        super().__init__(inner)
+        self.name = name
+
+
 def in_tracer(*replacements: Replacement) -> Plant:
     """Faults inside the reference tracer: these functions are others for the time of a call."""
 

@@ -222,7 +222,7 @@ def test_a_narrow_terminal_gets_a_list() -> None:
     shown = {"verdict": "pass", "bias": 0.001, "interval": (-0.001, 0.003), "decided_by": "image"}
     bounces = [SimpleNamespace(bounce=k, **shown) for k in range(6)]
     comparison = SimpleNamespace(case="furnace-box", renderer="mitsuba", verdict="pass", bounces=bounces)
-    outcome: Any = SimpleNamespace(comparisons=[comparison], relations=[])
+    outcome: Any = SimpleNamespace(comparisons=[comparison], relations=[], diagnoses=[])
     for out in (tiny, narrow, wide):
         show_verdicts(out, outcome)
         assert "The only comparison passed." in out.file.getvalue()
@@ -235,7 +235,7 @@ def test_a_narrow_terminal_gets_a_list() -> None:
 def test_where_nothing_was_compared_there_is_no_bounce_to_show() -> None:
     out = Console(width=20, file=io.StringIO())
     comparison = SimpleNamespace(case="furnace-box", renderer="mitsuba", verdict="unsupported", bounces=[])
-    outcome: Any = SimpleNamespace(comparisons=[comparison], relations=[])
+    outcome: Any = SimpleNamespace(comparisons=[comparison], relations=[], diagnoses=[])
     show_verdicts(out, outcome)
     assert flat(out.file.getvalue()) == "furnace-box × mitsuba: unsupported Nothing was compared."
 

@@ -1,0 +1,283 @@
+"""The matrix: every planted fault and every sound variant, put to the suite of cases.
+
+The cases come one after the other, as they would to somebody who knows nothing of the fault. It is caught by the
+first that fails; more follow until the diagnosis is sure, or there are none left. A sound variant goes through all of
+the quick ones.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import monotonic
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from comparisons import campaign, relations
+from comparisons.diagnosis import diagnose
+from comparisons.faults import FAULTS, SOUND_VARIANTS
+from comparisons.faults.fault import Fault, Sound
+from comparisons.faults.planting import Named
+from comparisons.faults.suite import QUICK, THOROUGH, case
+from comparisons.relations import RELATIONS, STAGES, Subject, Task
+from comparisons.renderers import Renderer, create
+from comparisons.results import BounceResult, Comparison, Diagnosis, Operator, RelationResult
+from comparisons.settings import Settings
+
+TRACER = "reference"
+"""What faults are planted in."""
+
+BUDGET, THOROUGH_BUDGET = 6.0, 30.0
+"""Seconds per case, of the quick ones and of the thorough."""
+
+LEAST_CASES = 6
+"""Cases before a diagnosis ends a row: they are about one operator each."""
+
+
+class Row(Struct, frozen=True, kw_only=True):
+    """What became of one fault, or of one sound variant.
+
+    Attributes:
+        name, what: as in the catalogue.
+        operator: what was planted; None in a sound variant.
+        caught_by: the first case that failed; empty if none did.
+        verdict: what that case said: fail or error.
+        bounce, bias, detectable_bias: where it failed: of the whole image, or of the worst tile.
+        seconds: from the start until it was caught, or to the end.
+        cases: how many were run in all.
+        diagnosis: of all that was seen.
+        nearest: where nothing was caught: the case and bounce that came nearest to it, in words.
+        happened, unseen: as in the catalogue.
+    """
+
+    name: str
+    what: str
+    operator: Operator | None
+    seconds: float
+    cases: int
+    caught_by: str = ""
+    verdict: str = ""
+    bounce: int | None = None
+    bias: float | None = None
+    detectable_bias: float | None = None
+    diagnosis: Diagnosis | None = None
+    nearest: str = ""
+    happened: tuple[str, ...] = ()
+    unseen: str = ""
+
+    @property
+    def right(self) -> bool:
+        """Whether the diagnosis names what was planted."""
+        return self.diagnosis is not None and self.diagnosis.suspect == self.operator
+
+
+class Summary(Struct, frozen=True, kw_only=True):
+    """What the rows say together.
+
+    Attributes:
+        faults, caught, unseen: how many there are, how many a case has failed, and how many say why none can.
+        diagnosed, held_out: of the caught, how many the diagnosis names, and how many there are, in the half that it
+            was tuned on and in the other one.
+        sound, failed: sound variants, and how many of them a case has failed.
+        seconds: of all rows.
+    """
+
+    faults: int
+    caught: int
+    unseen: int
+    tuned: tuple[int, int]
+    held_out: tuple[int, int]
+    sound: int
+    failed: int
+    seconds: float
+
+    @classmethod
+    def of(cls, rows: Sequence[Row], seconds: float) -> Summary:
+        """Counts."""
+        planted = [row for row in rows if row.operator is not None]
+        caught = [row for row in planted if row.caught_by]
+        sound = [row for row in rows if row.operator is None]
+
+        def named(tuned: bool) -> tuple[int, int]:
+            half = [row for row in caught if tuned_on(row.name) == tuned]
+            return sum(row.right for row in half), len(half)
+
+        return cls(
+            faults=len(planted),
+            caught=len(caught),
+            unseen=sum(bool(row.unseen) for row in planted if not row.caught_by),
+            tuned=named(True),
+            held_out=named(False),
+            sound=len(sound),
+            failed=sum(bool(row.caught_by) for row in sound),
+            seconds=seconds,
+        )
+
+    @property
+    def kept(self) -> bool:
+        """Whether every fault that can be seen was, and no sound variant failed."""
+        return self.caught + self.unseen == self.faults and not self.failed
+
+    def sentences(self) -> Iterator[str]:
+        """The same for a reader."""
+        if self.faults:
+            yield (
+                f"{self.caught} of {self.faults} faults were caught; {self.unseen} can't be seen, and say why. "
+                f"The diagnosis named {self.tuned[0]} of {self.tuned[1]} in the half of the catalogue that it was "
+                f"tuned on, and {self.held_out[0]} of {self.held_out[1]} in the other half."
+            )
+        if self.sound:
+            yield f"{self.failed} of {self.sound} sound variants failed."
+        yield f"{self.seconds:.0f} s in all."
+
+
+def tuned_on(name: str) -> bool:
+    """Whether the weights of the diagnosis were set with this fault in view: half of them, by their names."""
+    return zlib.crc32(name.encode()) % 2 == 0
+
+
+class Seen(Struct, frozen=True, kw_only=True):
+    """All that was seen of one renderer, in the order of the cases."""
+
+    comparisons: list[Comparison]
+    relations: list[RelationResult]
+    seconds: list[float]
+
+
+def rows(names: Sequence[str], jobs: int, seed: int = 0) -> Iterator[Row]:
+    """One row per name, as each is done.
+
+    Args:
+        names: of faults and sound variants.
+        jobs: how many at a time, each in a process of its own.
+        seed: of all comparisons.
+    """
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as executor:
+        try:
+            for done in as_completed([executor.submit(row, name, seed) for name in names]):
+                yield done.result()
+        finally:
+            executor.shutdown(wait=True, cancel_futures=True)
+
+
+def row(name: str, seed: int = 0) -> Row:
+    """Put one of them to the cases, in this process."""
+    entry = FAULTS.get(name) or SOUND_VARIANTS[name]
+    return concluded(entry, seen(entry, seed))
+
+
+def seen(entry: Fault | Sound, seed: int = 0) -> Seen:
+    """What the cases and the first relation say of it, until that is clear."""
+    renderer = Named(entry.plant(create(TRACER)), entry.name)
+    found = Seen(comparisons=[], relations=_first_hits(renderer, seed), seconds=[])
+    start = monotonic()
+    with TemporaryDirectory() as folder:
+        for names, budget in ((QUICK, BUDGET), (THOROUGH, THOROUGH_BUDGET)):
+            settings = Settings(budget=budget, seed=seed, first_look=0.4)
+            run = campaign.run([case(n) for n in names], [renderer], settings, Path(folder), _Silent())
+            for comparison in run:
+                found.comparisons.append(comparison)
+                found.seconds.append(monotonic() - start)
+                if isinstance(entry, Fault) and _clear(found):
+                    return found
+            if isinstance(entry, Sound) or _caught(found) is not None:
+                break
+    return found
+
+
+def concluded(entry: Fault | Sound, found: Seen) -> Row:
+    """The row that this makes."""
+    first = _caught(found)
+    row = Row(
+        name=entry.name,
+        what=entry.what,
+        operator=entry.operator if isinstance(entry, Fault) else None,
+        seconds=found.seconds[-1],
+        cases=len(found.comparisons),
+        happened=entry.happened if isinstance(entry, Fault) else (),
+        unseen=entry.unseen if isinstance(entry, Fault) else "",
+    )
+    if first is None:
+        return replace(row, nearest=_nearest(found.comparisons))
+    comparison = found.comparisons[first]
+    bounce, bias, detectable = _worst(comparison)
+    return replace(
+        row,
+        seconds=found.seconds[first],
+        caught_by=comparison.case,
+        verdict=comparison.verdict,
+        bounce=bounce,
+        bias=bias,
+        detectable_bias=detectable,
+        diagnosis=diagnose(found.comparisons, found.relations),
+    )
+
+
+def _first_hits(renderer: Renderer, seed: int) -> list[RelationResult]:
+    relation = RELATIONS["first-hits"]
+    tasks = [Task(relation, Subject(name, STAGES[name]())) for name in relation.scenes]
+    return list(relations.run(tasks, [renderer], Settings(seed=seed), _Silent()))
+
+
+def _clear(found: Seen) -> bool:
+    """Whether no further case would change what is said of it."""
+    if len(found.comparisons) < LEAST_CASES or _caught(found) is None:
+        return False
+    return diagnose(found.comparisons, found.relations).suspect is not None
+
+
+def _caught(found: Seen) -> int | None:
+    """The first case that failed."""
+    wrong = (i for i, one in enumerate(found.comparisons) if one.verdict in ("fail", "error"))
+    return next(wrong, None)
+
+
+def _worst(comparison: Comparison) -> tuple[int | None, float | None, float | None]:
+    """The failed bounce that is furthest off, by how much, and what could have been seen; None in an error."""
+    failed = [_deviation(b) for b in comparison.bounces if b.verdict == "fail"]
+    return max(failed, key=lambda one: abs(one[1]) / one[2]) if failed else (None, None, None)
+
+
+def _deviation(bounce: BounceResult) -> tuple[int, float, float]:
+    tile = bounce.worst_tile
+    if bounce.decided_by == "tile":
+        return bounce.bounce, tile.bias, tile.detectable_bias
+    return bounce.bounce, bounce.bias, bounce.detectable_bias
+
+
+def _nearest(comparisons: Sequence[Comparison]) -> str:
+    """The bounce of which the bias came nearest to what could have been seen."""
+    seen = [
+        (abs(bias) / detectable, comparison.case, bounce.bounce, bias, detectable)
+        for comparison in comparisons
+        for bounce in comparison.bounces
+        for bias, detectable in (
+            (bounce.bias, bounce.detectable_bias),
+            (bounce.worst_tile.bias, bounce.worst_tile.detectable_bias),
+        )
+    ]
+    if not seen:
+        return ""
+    _, name, k, bias, detectable = max(seen)
+    return f"{name}, bounce {k}: {bias:+.2%}, detectable from {detectable:.2%}"
+
+
+class _Silent:
+    """Nobody watches."""
+
+    def started(self, case: str, renderer: str) -> None:
+        """Not of interest."""
+
+    def progressed(self, share: float, message: str) -> None:
+        """Not of interest."""
+
+    def finished(self, comparison: Comparison) -> None:
+        """Not of interest."""
+
+    def related(self, results: list[RelationResult]) -> None:
+        """Not of interest."""
