@@ -17,6 +17,7 @@ import numpy as np
 
 from comparisons.crew import Crew as Processes
 from comparisons.in_process import InProcess
+from comparisons.known import declared
 from comparisons.regions import Regions
 from comparisons.relations.relation import Claim, Equal, NotApplicableError, Relation
 from comparisons.relations.replicates import Crew, Pairs, split
@@ -175,6 +176,9 @@ class _Trying:
         height, width, _ = _seen(claim)
         regions = Regions.of(height, width, self.relation.tiles)
         open_bounces, looks, found = list(bounces), list[Look](), dict[int, BounceResult]()
+        known = list(self.settings.known)
+        entries = declared(known, self.subject.name, self.name, self.version, self.relation.name)
+        of_bounce = {k: entry for entry in entries for k in bounces if entry.speaks_of(k)}
 
         def show(share: float) -> None:
             self.observer.progressed(share, f"open bounces: {', '.join(map(str, open_bounces))}")
@@ -187,7 +191,9 @@ class _Trying:
             sampler.draw(open_bounces, count)
             level = self.settings.alpha_of(len(looks) + 1)
             for measured in self._measured(claim, sampler, regions, open_bounces, level, len(looks) + 1):
-                found[measured.bounce] = judge(measured, self.tolerance, regions, None)
+                found[measured.bounce] = judge(
+                    measured, self.tolerance, regions, of_bounce.get(measured.bounce)
+                )
             count = sampler.regions[open_bounces[-1]].count  # twice as many at the next look
             open_bounces[:] = [k for k in open_bounces if found[k].verdict == "inconclusive"]
             looks.append(
@@ -274,7 +280,7 @@ class _Trying:
             claim.label,
             sampler.seconds,
             verdict=overall(b.verdict for b in bounces),
-            message=_undecided(bounces, self.budget),
+            message="; ".join(filter(None, [_undecided(bounces, self.budget), *_vanished(bounces)])),
             bounces=bounces,
             looks=looks,
             spp=max(b.spp for b in bounces),
@@ -335,3 +341,9 @@ def _undecided(bounces: Sequence[BounceResult], budget: float) -> str:
     return (
         f"the budget of {budget:g} s was used up; a deviation could have been detected from {', '.join(seen)}"
     )
+
+
+def _vanished(bounces: Sequence[BounceResult]) -> list[str]:
+    """Declared deviations that are no more."""
+    gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
+    return [f"bounce {k}: the declared deviation has vanished, remove its entry" for k in gone]

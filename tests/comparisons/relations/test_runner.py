@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from comparisons.known import Deviation
 from comparisons.relations import RELATIONS, STAGES, Subject, Task, all_tasks, cheap_tasks, run
 from comparisons.relations.relation import Equal, Part, Relation
 from comparisons.relations.replicates import Pairs, split
@@ -216,6 +217,30 @@ def test_what_is_far_from_the_tolerance_is_decided(
 
 
 TOLERANCE = 0.05
+
+
+@pytest.mark.parametrize(
+    ("deviation", "of", "verdict", "state"),
+    [
+        (0.15, "made-up", "known", "confirmed"),
+        (0.30, "made-up", "fail", "changed"),
+        (0.0, "made-up", "pass", "vanished"),
+        (0.15, None, "fail", None),  # declared of the comparison, not of the relation
+    ],
+)
+def test_a_deviation_can_be_declared(
+    monkeypatch: pytest.MonkeyPatch, deviation: float, of: str | None, verdict: str, state: str | None
+) -> None:
+    """± 4 % around the 15 % that are declared; the difference has a standard error of 0.6 %."""
+    monkeypatch.setattr(Sampler, "exhausted", property(lambda s: bool(s.regions) and s.replicates >= 2048))
+    relation, scene, crew = made_up(deviation, "normal")
+    entry = Deviation("dot", "reference", "", [0], [0.15], 0.04, 0.04, "why", "where", relation=of)
+    task = Task(relation, Subject("dot", scene), tolerance=Tolerance((TOLERANCE,), (TOLERANCE,)), walks=1)
+    [result] = run([task], ["reference"], Settings(alpha=0.01, known=(entry,)), _Silent(), crew)
+    assert result.verdict == verdict
+    known = result.bounces[0].known
+    assert (known and known.state) == state
+    assert ("bounce 0: the declared deviation has vanished" in result.message) == (state == "vanished")
 
 
 def _repeated(
