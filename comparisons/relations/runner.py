@@ -3,6 +3,7 @@
 The words are those of comparisons, and so is what they take: ``pass`` needs each region's own interval inside
 ± tolerance, ``fail`` an interval outside that is simultaneous over regions, bounces and channels. Looks come after
 32, 64, 128, … replicates at α / (j (j + 1)). Instead of a truth there is the second side; see ``replicates.py``.
+A renderer that ignores its seed has no noise that intervals could be made of: an error, as in comparisons.
 """
 
 from __future__ import annotations
@@ -11,13 +12,14 @@ import time
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from comparisons.crew import Crew as Processes
 from comparisons.in_process import InProcess
 from comparisons.known import declared
+from comparisons.probe import Probe
 from comparisons.regions import Regions
 from comparisons.relations.relation import Claim, Equal, NotApplicableError, Relation
 from comparisons.relations.replicates import Crew, Pairs, split
@@ -95,42 +97,50 @@ def run(
     Raises:
         UnknownNameError: there is no renderer of that name. Nothing has been rendered then.
     """
-    named = {name: canonical(name) for name in renderers if isinstance(name, str)}
+    for renderer in renderers:
+        if isinstance(renderer, str):
+            canonical(renderer)
     if crew is None:
         with Processes(settings.jobs) as own:
             yield from run(tasks, renderers, settings, observer, own)
         return
-    for renderer in dict.fromkeys(renderers):
-        guest = None if isinstance(renderer, str) else InProcess(renderer)
-        shown, name = (guest.short_name, guest.name) if guest else (str(renderer), named[str(renderer)])
-        who = guest or crew
+    for renderer in renderers:
+        tried = _named(renderer, crew) if isinstance(renderer, str) else _of_this_process(renderer)
+        probe = Probe(tried.crew, settings.budget + GRACE)
         for task in tasks:
-            observer.started(f"{task.relation.name} ({task.subject.name})", shown)
-            trying = _Trying(
-                task, shown, name, settings, who, observer, guest.traits if guest else traits(name)
-            )
-            yield from (found := trying.results())
+            observer.started(f"{task.relation.name} ({task.subject.name})", tried.shown)
+            yield from (found := _Trying(task, tried, settings, observer, probe).results())
             observer.related(found)
-        who.dismiss(name)
+        tried.crew.dismiss(tried.name)
+
+
+class _Tried(NamedTuple):
+    """A renderer: what it is called in results, its full name, what is declared of it, and whom to ask."""
+
+    shown: str
+    name: str
+    traits: Entry
+    crew: Crew
+
+
+def _named(name: str, crew: Crew) -> _Tried:
+    return _Tried(name, full := canonical(name), traits(full), crew)
+
+
+def _of_this_process(renderer: Renderer) -> _Tried:
+    guest = InProcess(renderer)
+    return _Tried(guest.short_name, guest.name, guest.traits, guest)
 
 
 class _Trying:
     """One relation on one scene with one renderer."""
 
     def __init__(
-        self,
-        task: Task,
-        shown: str,
-        name: str,
-        settings: Settings,
-        crew: Crew,
-        observer: Observer,
-        declared: Entry,
+        self, task: Task, renderer: _Tried, settings: Settings, observer: Observer, probe: Probe
     ) -> None:
-        self.traits = declared
-        self.relation, self.shown, self.name = task.relation, shown, name
-        self.settings, self.crew, self.observer = settings, crew, observer
-        self.subject, self.walks = task.subject, task.walks
+        self.relation, self.subject, self.walks = task.relation, task.subject, task.walks
+        self.shown, self.name, self.traits, self.crew = renderer
+        self.settings, self.observer, self.probe = settings, observer, probe
         self.budget = settings.budget if task.budget is None else min(task.budget, settings.budget)
         self.bounces = task.subject.bounces if settings.bounces is None else settings.bounces
         self.version = ""
@@ -159,7 +169,8 @@ class _Trying:
         start = time.monotonic()
         try:
             if isinstance(claim, Equal):
-                return self._compare(claim)
+                complaint = None if self.traits.deterministic else self.probe.complaint(self.name)
+                return self._failed(claim.label, complaint, 0.0) if complaint else self._compare(claim)
             told = claim.look(_Asked(self.crew, self.name, self.budget))
             seconds = time.monotonic() - start
             return self._result(claim.label, seconds, verdict=told.verdict, message=told.message)

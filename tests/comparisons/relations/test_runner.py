@@ -94,7 +94,15 @@ def test_errors_and_missing_features_are_results(attempt: Try) -> None:
 
     [refused], [failed] = attempt("channels", refuse), attempt("channels", fail)
     assert (refused.verdict, refused.message) == ("unsupported", "floors")
-    assert (failed.verdict, failed.message, failed.log) == ("error", "out of memory", ["the last line"])
+    assert (failed.verdict, failed.log) == ("error", ["the last line"])
+    assert failed.message.startswith("out of memory")
+
+
+def test_without_noise_there_are_no_intervals(attempt: Try, wrong: Any) -> None:
+    """A renderer that ignores its seed would have failed ``rotation``, with an interval of no width."""
+    [result] = attempt("rotation", wrong.deaf_to_its_seed)
+    assert result.verdict == "error"
+    assert "takes no notice of its seed" in result.message
 
 
 def test_black_on_both_sides_is_no_pass(attempt: Try, wrong: Any) -> None:
@@ -131,7 +139,8 @@ def test_no_two_renders_of_a_claim_share_a_seed(attempt: Try, here: Any) -> None
     crew = here({})
     [result] = attempt("superposition", crew=crew, last=0)
     drawn = [seed for _, _, seed in crew.asked]
-    assert len(drawn) == len(set(drawn)) == 3 * result.replicates
+    asked_whether_it_heeds_them = 2
+    assert len(drawn) == len(set(drawn)) == 3 * result.replicates + asked_whether_it_heeds_them
 
 
 def test_an_exhausted_budget_is_inconclusive_and_says_what_could_have_been_seen(attempt: Try) -> None:
