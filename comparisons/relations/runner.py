@@ -25,7 +25,7 @@ from comparisons.relations.relation import Claim, Equal, NotApplicableError, Rel
 from comparisons.relations.replicates import Crew, Pairs, split
 from comparisons.renderers import Entry, Hits, Images, Renderer, RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Look, RelationResult
-from comparisons.sequential import GRACE, Job, Sampler, first_seed
+from comparisons.sequential import GRACE, MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Means, biases, denominators
@@ -348,10 +348,17 @@ def _undecided(bounces: Sequence[BounceResult], budget: float) -> str:
     """Why some bounce has no verdict; empty if all have one."""
     if not any(b.verdict == "inconclusive" for b in bounces):
         return ""
-    seen = [f"{b.detectable_bias:.2%} in bounce {b.bounce}" for b in bounces if b.verdict == "inconclusive"]
-    return (
-        f"the budget of {budget:g} s was used up; a deviation could have been detected from {', '.join(seen)}"
-    )
+    seen = [
+        f"{b.worst_tile.detectable_bias:.2%} of a tile in bounce {b.bounce}"
+        if b.decided_by == "tile"
+        else f"{b.detectable_bias:.2%} in bounce {b.bounce}"
+        for b in bounces
+        if b.verdict == "inconclusive"
+    ]
+    spent = f"the budget of {budget:g} s was used up"
+    if (count := max(b.replicates for b in bounces)) < MIN_REPLICATES:
+        spent += f" after {count} replicates, and a verdict needs {MIN_REPLICATES}"
+    return f"{spent}; a deviation could have been detected from {', '.join(seen)}"
 
 
 def _vanished(bounces: Sequence[BounceResult]) -> list[str]:

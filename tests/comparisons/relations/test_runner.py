@@ -147,7 +147,7 @@ def test_an_exhausted_budget_is_inconclusive_and_says_what_could_have_been_seen(
     [result] = attempt("homogeneity", budget=0.001)
     assert result.verdict == "inconclusive"
     assert result.replicates == 2
-    assert "the budget of 0.001 s was used up" in result.message
+    assert "the budget of 0.001 s was used up after 2 replicates, and a verdict needs 32" in result.message
 
 
 def test_settings_have_the_last_word(attempt: Try) -> None:
