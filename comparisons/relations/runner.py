@@ -158,6 +158,8 @@ class _Trying:
             scene = self.subject.scene
             if self.settings.size and scene.shape[:2] != (1, 1):
                 scene = scene.resized(*self.settings.size)
+            if self.relation.of_noise and self.traits.deterministic:
+                raise NotApplicableError(f"{self.shown} declares that it has no noise")
             claims = self.relation.claims(scene, self.bounces, self.name)
         except (NotApplicableError, SceneError) as error:
             return [self._result("", 0.0, verdict="unsupported", message=f"not applicable: {error}")]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -319,16 +320,34 @@ def test_every_operator_has_a_relation() -> None:
     assert {r.operator for r in RELATIONS.values()} == {"E", "G", "R", "T", "sensor", "estimator"}
 
 
+@dataclass  # which has no hash
+class Named:
+    """An object of this process; ``seed``: whether it ignores its own."""
+
+    name: str = "mine"
+    seed: int | None = None
+    deterministic: bool = False
+
+    def version(self) -> str:
+        return "7"
+
+    def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
+        return create("reference").render(scene, bounces, spp, seed if self.seed is None else self.seed)
+
+
+def test_an_object_that_ignores_its_seed_is_told_unless_it_declares_to_have_no_noise(attempt: Try) -> None:
+    [deaf] = attempt("linearity", renderer=Named(seed=7), last=1)
+    assert deaf.verdict == "error"
+    [linear] = attempt("linearity", renderer=Named(seed=7, deterministic=True), last=1)
+    assert linear.verdict == "pass"  # the same paths on both sides
+    [seeds] = attempt("seeds", renderer=Named(seed=7, deterministic=True))
+    assert (seeds.verdict, seeds.message) == (
+        "unsupported",
+        "not applicable: mine declares that it has no noise",
+    )
+
+
 def test_an_object_of_this_process_is_tried_like_any_renderer(attempt: Try) -> None:
-    class Named:
-        name = "mine"
-
-        def version(self) -> str:
-            return "7"
-
-        def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
-            return create("reference").render(scene, bounces, spp, seed)
-
     found = attempt("homogeneity", renderer=Named(), bounces=1, budget=5)
     assert [(one.renderer, one.renderer_version, one.verdict) for one in found] == [("mine", "7", "pass")]
     [hits] = attempt("first-hits", renderer=Named())
