@@ -110,7 +110,7 @@ def _claim(result: RelationResult) -> Any:
             test.result = Skipped(message, "unsupported")
     declared = dict.fromkeys(_declared(bounce) for bounce in result.bounces)
     if test.result:
-        lines = [result.statement, *declared, result.message, *result.log]
+        lines = [result.statement, *declared, result.message, *result.notes, *result.log]
         test.result[0].text = plain("\n".join(filter(None, lines)))
     elif any(declared):
         test.system_out = plain(" ".join(filter(None, [message, *declared])))

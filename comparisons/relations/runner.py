@@ -19,6 +19,7 @@ import numpy as np
 from comparisons.crew import Crew as Processes
 from comparisons.in_process import InProcess
 from comparisons.known import declared
+from comparisons.notes import notes
 from comparisons.probe import Probe
 from comparisons.regions import Regions
 from comparisons.relations.relation import Claim, Equal, NotApplicableError, Relation
@@ -293,7 +294,8 @@ class _Trying:
             claim.label,
             sampler.seconds,
             verdict=overall(b.verdict for b in bounces),
-            message="; ".join(filter(None, [_undecided(bounces, self.budget), *_vanished(bounces)])),
+            message=_undecided(bounces, self.budget),
+            notes=notes(bounces, sampler),
             bounces=bounces,
             looks=looks,
             spp=max(b.spp for b in bounces),
@@ -361,9 +363,3 @@ def _undecided(bounces: Sequence[BounceResult], budget: float) -> str:
     if (count := max(b.replicates for b in bounces)) < MIN_REPLICATES:
         spent += f" after {count} replicates, and a verdict needs {MIN_REPLICATES}"
     return f"{spent}; a deviation could have been detected from {', '.join(seen)}"
-
-
-def _vanished(bounces: Sequence[BounceResult]) -> list[str]:
-    """Declared deviations that are no more."""
-    gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
-    return [f"bounce {k}: the declared deviation has vanished, remove its entry" for k in gone]

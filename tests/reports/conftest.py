@@ -239,7 +239,12 @@ def with_relations(results: Results, tmp_path: Path) -> Results:
         relation(
             "linearity", "inconclusive", [bounce(0, "inconclusive", 0.009)], message="the budget was used up"
         ),
-        relation("rotation", "known", [bounce(1, "known", 0.013, known=offset), bounce(2, "pass")]),
+        relation(
+            "rotation",
+            "known",
+            [bounce(1, "known", 0.013, known=offset), bounce(2, "pass")],
+            notes=["one replicate dominates"],
+        ),
         relation("homogeneity", "unsupported", [], message=f"not applicable: {SCRIPT}{CONTROL}"),
         relation("scaling", "error", [], message="exit code 139", log=["starting", f"]]> {SCRIPT}"]),
     ]

@@ -360,6 +360,7 @@ def test_the_browser_check_notices_what_it_is_there_for(tmp_path: Path, open_rep
         "it takes no notice of its seed: fail.",
         "In bounce 1 the first side is 1.3 % above the second",
         "as declared: known.",
+        "one replicate dominates",
         "Declared: 1.3 % in bounce 1, confirmed. the ray offset",
         "what is wrong on both sides",
         "25° and 50°",
