@@ -17,6 +17,7 @@ from comparisons.hints import BLOCKS, hints
 from comparisons.in_process import InProcess
 from comparisons.known import Deviation, declared
 from comparisons.metrics import partial_sum_metrics, term_metrics
+from comparisons.notes import notes
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Comparison, Hint, Images, Look
@@ -39,9 +40,6 @@ _AS_NOISY = 0.95
 
 _LUCK = 1.5
 """Standard errors that the bias of a right renderer seldom exceeds; so far from the middle its interval lies."""
-
-_DOMINANT = 0.5
-"""Share of a region's squared deviations from which on a single replicate is said to dominate."""
 
 
 class Comparing:
@@ -223,8 +221,6 @@ class Comparing:
         made = f"{self.case.name}, {self.name} {version}, first seed {first_seed(self.settings.seed)}"
         header = {"lightproof:source": made}
         exr.write_bounces(folder / images.renderer, mean, stderr, header, self.case.wavelengths)
-        gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
-        vanished = [f"Bounce {k}: the declared deviation has vanished; remove its entry." for k in gone]
         verdict = overall(b.verdict for b in bounces)
         return Comparison(
             **about(self.case, self.shown_name, self.settings),
@@ -240,34 +236,13 @@ class Comparing:
             images=images,
             truth_source=self.truth.source,
             message=_undecided(bounces, self.settings.budget),
-            notes=self.notes + vanished + _warnings(bounces, sampler),
+            notes=self.notes + notes(bounces, sampler),
             hints=self._hints(mean) if verdict == "fail" else [],
         )
 
     def _hints(self, mean: Array) -> list[Hint]:
         """What the sum seems to have gone through, if the image is large enough to tell."""
         return hints(mean.sum(axis=0), self.truth.mean) if min(mean.shape[1:3]) >= BLOCKS else []
-
-
-def _warnings(bounces: list[BounceResult], sampler: Sampler) -> list[str]:
-    """What a reader of the verdicts must know about the samples behind them."""
-    warnings = [
-        f"Bounce {b.bounce}: one of {b.replicates} replicates makes {b.dominance:.0%} of the spread of a region; "
-        "what its interval says rests on that one"
-        for b in bounces
-        if b.dominance > _DOMINANT
-    ]
-    for b in bounces:
-        lowest = sampler.pixels[b.bounce].lowest.min(axis=-1)
-        # terms that are differences of sums are negative by rounding here and there
-        negative = lowest < -1e-4 * b.denominator
-        if negative.any():
-            y, x = np.unravel_index(lowest.argmin(), lowest.shape)
-            warnings.append(
-                f"Bounce {b.bounce}: radiance is negative in {negative.sum()} pixels, down to {lowest.min():.3g} "
-                f"in row {y}, column {x}; expected none"
-            )
-    return warnings
 
 
 def failed(

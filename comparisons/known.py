@@ -12,10 +12,14 @@
     tile_within = 0.01                # and every tile this close
     reason = "…"
     link = "https://…"
+    relation = "scaling"              # of this relation, tried on the scene of the case; left out: of the comparison
 
 A bounce whose deviation is measured to be the declared one has the verdict ``known``: the intervals of the declared
 channels lie inside declared ± within, those of the others inside ± tolerance. Clearly anything else fails, a smaller
 deviation as well as a larger one. One that has vanished passes, and the report asks for the entry to go.
+
+Of a relation, the bias is that of the first side, relative to the second, and ``case`` may also be one of the scenes
+that relations bring along. The entry speaks of each of its claims.
 """
 
 from __future__ import annotations
@@ -54,6 +58,7 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     link: str
     onwards: bool = False
     channels: list[str] | None = None
+    relation: str | None = None
 
     def __post_init__(self) -> None:
         if not self.bounces or len(self.bias) != len(self.bounces):
@@ -106,6 +111,11 @@ def load(path: Path) -> list[Deviation]:
     Raises:
         KnownError: it does not exist, or a field is wrong; with its path and what was expected.
     """
+    from comparisons.relations import (
+        RELATIONS,
+        STAGES,
+    )  # late: relations are judged with what is declared here
+
     try:
         entries = msgspec.toml.decode(path.read_bytes(), type=_File).deviation
     except OSError as error:
@@ -114,14 +124,20 @@ def load(path: Path) -> list[Deviation]:
         raise KnownError(f"{path}: {error}") from error
     for i, entry in enumerate(entries):  # one that can never apply would be silent
         try:
-            look_up("case", entry.case, CASES)
+            if entry.relation is None:
+                look_up("case", entry.case, CASES)
+            else:
+                look_up("relation", entry.relation, RELATIONS)
+                look_up("scene", entry.case, {**CASES, **STAGES})
             canonical(entry.renderer)
         except UnknownNameError as error:
             raise KnownError(f"{path}: deviation[{i}]: {error}") from error
     return entries
 
 
-def declared(deviations: list[Deviation], case: str, renderer: str, version: str) -> list[Deviation]:
+def declared(
+    deviations: list[Deviation], case: str, renderer: str, version: str, relation: str | None = None
+) -> list[Deviation]:
     """The entries that apply to a comparison; of two that speak of the same bounce, the later one counts.
 
     Args:
@@ -129,10 +145,11 @@ def declared(deviations: list[Deviation], case: str, renderer: str, version: str
         case: its name.
         renderer: its full name.
         version: of the renderer.
+        relation: which one is tried on the scene of the case; None: the case is held against its truth.
     """
     return [
         entry
         for entry in deviations
-        if (entry.case, canonical(entry.renderer)) == (case, renderer)
+        if (entry.case, canonical(entry.renderer), entry.relation) == (case, renderer, relation)
         and SpecifierSet(entry.versions).contains(version, prereleases=True)
     ]

@@ -1,15 +1,16 @@
 """Does a renderer heed its seed? Asked once for each, on a scene that is noisy for sure.
 
 Noise is what intervals are made of: replicates that are all the same image have none, and would prove anything.
-A bounce without variance says nothing about that, since many bounces have none.
+A bounce without variance says nothing about that, since many bounces have none; nor does a black image, which is
+what a renderer makes that has lost this bounce.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from comparisons.crew import Crew
 from comparisons.renderers import RendererError, RendererFailed, Unsupported, traits
+from comparisons.sequential import Renders
 from scenes import library
 
 _SEEDS = (1_000_003, 2_000_003)
@@ -25,7 +26,7 @@ class Probe:
         timeout: seconds after which one that gives no answer is stopped.
     """
 
-    def __init__(self, crew: Crew, timeout: float) -> None:
+    def __init__(self, crew: Renders, timeout: float) -> None:
         self._crew, self._timeout = crew, timeout
         self._heard: dict[str, RendererError | None] = {}
 
@@ -50,7 +51,7 @@ class Probe:
         except RendererError as error:
             asked = "asked for the Cornell box, which tells whether it heeds its seed"
             return type(error)(f"{error} ({asked})", error.log)
-        if np.array_equal(one, other):
+        if one.any() and np.array_equal(one, other):
             return RendererFailed(
                 f"takes no notice of its seed: seeds {_SEEDS[0]} and {_SEEDS[1]} give the same image of a scene "
                 "that is noisy (direct light in the Cornell box, one sample per pixel), so its noise can't be "

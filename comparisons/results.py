@@ -274,6 +274,7 @@ class RelationResult(Struct, frozen=True, kw_only=True):
         str, Meta(description="what was found where no statistics decide; why not, otherwise")
     ] = ""
     log: Annotated[list[str], Meta(description="the last lines the renderer's process printed")] = []
+    notes: list[str] = []
 
 
 class Diagnosis(Struct, frozen=True, kw_only=True):

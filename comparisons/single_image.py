@@ -26,7 +26,7 @@ from comparisons.regions import Regions
 from comparisons.results import BounceResult, Comparison, Outlier, ResidualNoise, SingleImage
 from comparisons.settings import Settings
 from comparisons.statistics import residuals
-from comparisons.statistics.intervals import Biases, Range, denominators, p_values
+from comparisons.statistics.intervals import Biases, Range, alpha_of_regions, denominators, p_values
 from comparisons.statistics.rare_events import FLOOR
 from comparisons.statistics.residuals import Noise, Window
 from comparisons.verdict import Measured, judge, overall
@@ -167,9 +167,8 @@ class _Check:
         mean, denominator = self.regions.means(self.picture.images)[:, i], denominators(means)[:, i]
         noise = self.noise[i]
         bias, error = (mean - means[:, i]) / denominator, noise.error / denominator
-        own, simultaneous = (
-            noise.half_width(level) / denominator for level in (self.alpha, self.alpha / means.size)
-        )
+        each = alpha_of_regions(self.alpha, len(mean), others=means[0].size)
+        own, simultaneous = (noise.half_width(level) / denominator for level in (self.alpha, each))
         found = Biases(
             bias=bias,
             error=error,

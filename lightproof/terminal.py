@@ -100,6 +100,8 @@ class Show:
             if result.message:
                 line.append(f"  {result.message}")
             self._out.print(line, soft_wrap=True)
+            for note in result.notes:
+                self._out.print(f"      {note}", soft_wrap=True)
         self._last()
 
     def _last(self) -> None:

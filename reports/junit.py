@@ -66,14 +66,19 @@ def _tests(comparison: Comparison) -> list[Any]:
 
 def _judge_bounce(test: Any, bounce: BounceResult, comparison: Comparison) -> None:
     message = plain(wording.bounce_finding(bounce, wording.subject(comparison, bounce)))
-    known = bounce.known
-    declared = f"Known deviation, {known.state}: {known.reason} {known.link}" if known else ""
+    declared = _declared(bounce)
     if bounce.verdict == "fail":
         test.result = _with_text(Failure(message, "fail"), comparison, declared)
     elif bounce.verdict == "inconclusive":
         test.result = _with_text(Error(message, "inconclusive"), comparison, declared)
     elif declared:
         test.system_out = plain(f"{message} {declared}")
+
+
+def _declared(bounce: BounceResult) -> str:
+    """What was declared of a bounce, and what became of it; empty if nothing was."""
+    known = bounce.known
+    return f"Known deviation, {known.state}: {known.reason} {known.link}" if known else ""
 
 
 def _judge_whole(test: Any, comparison: Comparison) -> None:
@@ -103,8 +108,12 @@ def _claim(result: RelationResult) -> Any:
             test.result = Error(message, "renderer" if result.verdict == "error" else "inconclusive")
         case "unsupported":
             test.result = Skipped(message, "unsupported")
+    declared = dict.fromkeys(_declared(bounce) for bounce in result.bounces)
     if test.result:
-        test.result[0].text = plain("\n".join(filter(None, [result.statement, result.message, *result.log])))
+        lines = [result.statement, *declared, result.message, *result.notes, *result.log]
+        test.result[0].text = plain("\n".join(filter(None, lines)))
+    elif any(declared):
+        test.system_out = plain(" ".join(filter(None, [message, *declared])))
     return test
 
 

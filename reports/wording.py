@@ -116,7 +116,8 @@ def relation_finding(result: RelationResult) -> str:
     where = f"bounce {first.bounce}" + (f", {tile_name(first)}" if first.decided_by == "tile" else "")
     numbers = f"interval {quantities.interval(interval)}, tolerance ±{quantities.percent(tolerance)}"
     size = f"{quantities.percent(abs(bias))} {'above' if bias > 0 else 'below'} the second"
-    return f"In {where} the first side is {size} ({numbers}): {result.verdict}."
+    declared = ", as declared" if result.verdict == "known" else ""
+    return f"In {where} the first side is {size} ({numbers}){declared}: {result.verdict}."
 
 
 def tile_name(bounce: BounceResult) -> str:

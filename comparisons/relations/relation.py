@@ -125,6 +125,7 @@ class Relation:
             It raises ``NotApplicableError`` where it says nothing.
         scenes: names of the scenes that it is tried on unless others are asked for; see ``stages.py``.
         cheap: whether a default run has it.
+        of_noise: whether it says nothing of a renderer that declares to have none.
         tolerance: relative, per bounce.
         tiles: rows and columns of the grid of tiles.
     """
@@ -136,5 +137,6 @@ class Relation:
     claims: Callable[[Scene, int, str], Sequence[Claim]]
     scenes: tuple[str, ...]
     cheap: bool = False
+    of_noise: bool = False
     tolerance: Tolerance = TOLERANCE
     tiles: tuple[int, int] = (2, 2)

@@ -3,6 +3,7 @@
 The words are those of comparisons, and so is what they take: ``pass`` needs each region's own interval inside
 ± tolerance, ``fail`` an interval outside that is simultaneous over regions, bounces and channels. Looks come after
 32, 64, 128, … replicates at α / (j (j + 1)). Instead of a truth there is the second side; see ``replicates.py``.
+A renderer that ignores its seed has no noise that intervals could be made of: an error, as in comparisons.
 """
 
 from __future__ import annotations
@@ -11,18 +12,21 @@ import time
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from comparisons.crew import Crew as Processes
 from comparisons.in_process import InProcess
+from comparisons.known import declared
+from comparisons.notes import notes
+from comparisons.probe import Probe
 from comparisons.regions import Regions
 from comparisons.relations.relation import Claim, Equal, NotApplicableError, Relation
 from comparisons.relations.replicates import Crew, Pairs, split
 from comparisons.renderers import Entry, Hits, Images, Renderer, RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Look, RelationResult
-from comparisons.sequential import GRACE, Job, Sampler, first_seed
+from comparisons.sequential import GRACE, MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Means, biases, denominators
@@ -94,42 +98,50 @@ def run(
     Raises:
         UnknownNameError: there is no renderer of that name. Nothing has been rendered then.
     """
-    named = {name: canonical(name) for name in renderers if isinstance(name, str)}
+    for renderer in renderers:
+        if isinstance(renderer, str):
+            canonical(renderer)
     if crew is None:
         with Processes(settings.jobs) as own:
             yield from run(tasks, renderers, settings, observer, own)
         return
-    for renderer in dict.fromkeys(renderers):
-        guest = None if isinstance(renderer, str) else InProcess(renderer)
-        shown, name = (guest.short_name, guest.name) if guest else (str(renderer), named[str(renderer)])
-        who = guest or crew
+    for renderer in renderers:
+        tried = _named(renderer, crew) if isinstance(renderer, str) else _of_this_process(renderer)
+        probe = Probe(tried.crew, settings.budget + GRACE)
         for task in tasks:
-            observer.started(f"{task.relation.name} ({task.subject.name})", shown)
-            trying = _Trying(
-                task, shown, name, settings, who, observer, guest.traits if guest else traits(name)
-            )
-            yield from (found := trying.results())
+            observer.started(f"{task.relation.name} ({task.subject.name})", tried.shown)
+            yield from (found := _Trying(task, tried, settings, observer, probe).results())
             observer.related(found)
-        who.dismiss(name)
+        tried.crew.dismiss(tried.name)
+
+
+class _Tried(NamedTuple):
+    """A renderer: what it is called in results, its full name, what is declared of it, and whom to ask."""
+
+    shown: str
+    name: str
+    traits: Entry
+    crew: Crew
+
+
+def _named(name: str, crew: Crew) -> _Tried:
+    return _Tried(name, full := canonical(name), traits(full), crew)
+
+
+def _of_this_process(renderer: Renderer) -> _Tried:
+    guest = InProcess(renderer)
+    return _Tried(guest.short_name, guest.name, guest.traits, guest)
 
 
 class _Trying:
     """One relation on one scene with one renderer."""
 
     def __init__(
-        self,
-        task: Task,
-        shown: str,
-        name: str,
-        settings: Settings,
-        crew: Crew,
-        observer: Observer,
-        declared: Entry,
+        self, task: Task, renderer: _Tried, settings: Settings, observer: Observer, probe: Probe
     ) -> None:
-        self.traits = declared
-        self.relation, self.shown, self.name = task.relation, shown, name
-        self.settings, self.crew, self.observer = settings, crew, observer
-        self.subject, self.walks = task.subject, task.walks
+        self.relation, self.subject, self.walks = task.relation, task.subject, task.walks
+        self.shown, self.name, self.traits, self.crew = renderer
+        self.settings, self.observer, self.probe = settings, observer, probe
         self.budget = settings.budget if task.budget is None else min(task.budget, settings.budget)
         self.bounces = task.subject.bounces if settings.bounces is None else settings.bounces
         self.version = ""
@@ -147,6 +159,8 @@ class _Trying:
             scene = self.subject.scene
             if self.settings.size and scene.shape[:2] != (1, 1):
                 scene = scene.resized(*self.settings.size)
+            if self.relation.of_noise and self.traits.deterministic:
+                raise NotApplicableError(f"{self.shown} declares that it has no noise")
             claims = self.relation.claims(scene, self.bounces, self.name)
         except (NotApplicableError, SceneError) as error:
             return [self._result("", 0.0, verdict="unsupported", message=f"not applicable: {error}")]
@@ -158,7 +172,8 @@ class _Trying:
         start = time.monotonic()
         try:
             if isinstance(claim, Equal):
-                return self._compare(claim)
+                complaint = None if self.traits.deterministic else self.probe.complaint(self.name)
+                return self._failed(claim.label, complaint, 0.0) if complaint else self._compare(claim)
             told = claim.look(_Asked(self.crew, self.name, self.budget))
             seconds = time.monotonic() - start
             return self._result(claim.label, seconds, verdict=told.verdict, message=told.message)
@@ -175,6 +190,9 @@ class _Trying:
         height, width, _ = _seen(claim)
         regions = Regions.of(height, width, self.relation.tiles)
         open_bounces, looks, found = list(bounces), list[Look](), dict[int, BounceResult]()
+        known = list(self.settings.known)
+        entries = declared(known, self.subject.name, self.name, self.version, self.relation.name)
+        of_bounce = {k: entry for entry in entries for k in bounces if entry.speaks_of(k)}
 
         def show(share: float) -> None:
             self.observer.progressed(share, f"open bounces: {', '.join(map(str, open_bounces))}")
@@ -187,7 +205,9 @@ class _Trying:
             sampler.draw(open_bounces, count)
             level = self.settings.alpha_of(len(looks) + 1)
             for measured in self._measured(claim, sampler, regions, open_bounces, level, len(looks) + 1):
-                found[measured.bounce] = judge(measured, self.tolerance, regions, None)
+                found[measured.bounce] = judge(
+                    measured, self.tolerance, regions, of_bounce.get(measured.bounce)
+                )
             count = sampler.regions[open_bounces[-1]].count  # twice as many at the next look
             open_bounces[:] = [k for k in open_bounces if found[k].verdict == "inconclusive"]
             looks.append(
@@ -275,6 +295,7 @@ class _Trying:
             sampler.seconds,
             verdict=overall(b.verdict for b in bounces),
             message=_undecided(bounces, self.budget),
+            notes=notes(bounces, sampler),
             bounces=bounces,
             looks=looks,
             spp=max(b.spp for b in bounces),
@@ -331,7 +352,14 @@ def _undecided(bounces: Sequence[BounceResult], budget: float) -> str:
     """Why some bounce has no verdict; empty if all have one."""
     if not any(b.verdict == "inconclusive" for b in bounces):
         return ""
-    seen = [f"{b.detectable_bias:.2%} in bounce {b.bounce}" for b in bounces if b.verdict == "inconclusive"]
-    return (
-        f"the budget of {budget:g} s was used up; a deviation could have been detected from {', '.join(seen)}"
-    )
+    seen = [
+        f"{b.worst_tile.detectable_bias:.2%} of a tile in bounce {b.bounce}"
+        if b.decided_by == "tile"
+        else f"{b.detectable_bias:.2%} in bounce {b.bounce}"
+        for b in bounces
+        if b.verdict == "inconclusive"
+    ]
+    spent = f"the budget of {budget:g} s was used up"
+    if (count := max(b.replicates for b in bounces)) < MIN_REPLICATES:
+        spent += f" after {count} replicates, and a verdict needs {MIN_REPLICATES}"
+    return f"{spent}; a deviation could have been detected from {', '.join(seen)}"

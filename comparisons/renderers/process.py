@@ -195,10 +195,10 @@ def check_image(image: Images, bounces: Sequence[int], scene: Scene) -> None:
         raise RendererFailed(
             f"returned an image of shape {image.shape}, expected {shape}: (bounces, height, width, channels)"
         )
-    wrong = ~np.isfinite(image)
+    wrong = ~np.isfinite(image).all(axis=-1)
     if wrong.any():
-        row, y, x, _ = np.argwhere(wrong)[0]
+        row, y, x = np.argwhere(wrong)[0]
         raise RendererFailed(
-            f"returned {wrong.sum()} values that are not finite, the first in bounce {bounces[row]}, "
-            f"row {y}, column {x}"
+            f"returned {wrong.sum()} of {wrong.size} pixels that are not finite (NaN or infinite), the first in "
+            f"bounce {bounces[row]}, row {y}, column {x}"
         )

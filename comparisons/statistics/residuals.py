@@ -76,8 +76,12 @@ class Noise:
     reach: int | None
     outliers: NDArray[np.bool_]
 
-    def half_width(self, alpha: float) -> Array:
-        """Half the width of two-sided intervals of level 1 − α, symmetric: the longer side where they are skew."""
+    def half_width(self, alpha: Array | float) -> Array:
+        """Half the width of two-sided intervals of level 1 − α, symmetric: the longer side where they are skew.
+
+        Args:
+            alpha: one for all, or one for each region, ``(1 + tiles, 1)``.
+        """
         q = stats.t.isf(alpha / 2, self.freedom)
         a = np.where(np.abs(self.skewness) < 1e-9, 1e-9, self.skewness)
         longer: Array = np.max([np.abs(3 / a * (np.cbrt(1 + a * (y - a / 6)) - 1)) for y in (q, -q)], axis=0)

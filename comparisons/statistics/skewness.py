@@ -8,7 +8,8 @@ lies q standard errors away on the side of the tail moves out to q · ``stretch(
 
     stretch(u) = 1 + u / 3 + 5 u² / 27 + …,    u = |λ| (q + |λ| / 6),    λ = γ / √n
 
-with γ the skewness of a replicate, λ that of the mean of n of them. Two terms are taken: all of them together are
+with γ the skewness of a replicate, λ that of the mean of n of them. (In full it is (q + λ/6) · ``stretch(u)``; the
+sixth, a hundredth of q at most where this is any good, is left out.) Two terms are taken: all of them together are
 a cube root that turns back at u = 1, where it is steepest. The limit on the other side could move in; it
 stays, since γ is an estimate itself.
 

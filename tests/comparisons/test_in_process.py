@@ -151,6 +151,18 @@ def test_whoever_ignores_the_seed_is_told_unless_it_declares_to_have_no_noise(
     assert compare(Deterministic((1, 1, 1.5, 1, 1, 1)), tmp_path, observer).verdict == "fail"
 
 
+def test_a_bounce_that_is_lost_is_a_fail_and_says_nothing_of_seeds(tmp_path: Path, observer: Any) -> None:
+    class WithoutDirectLight(Noise):
+        def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
+            images = super().render(scene, bounces, spp, seed)
+            images[[k == 1 for k in bounces]] = 0
+            return images
+
+    comparison = compare(WithoutDirectLight(), tmp_path, observer)
+    assert comparison.verdict == "fail"
+    assert [b.bounce for b in comparison.bounces if b.verdict == "fail"] == [1]
+
+
 def test_the_seed_is_asked_for_once_and_a_scene_too_many_may_be_refused(
     tmp_path: Path, observer: Any
 ) -> None:

@@ -26,14 +26,16 @@ def test_shipped_entries_name_cases_and_renderers_that_exist_and_a_page_that_exi
     entries = known.load(known.SHIPPED)
     assert entries
     for entry in entries:
+        assert canonical(entry.renderer) == entry.renderer
+        assert (Path(__file__).parents[2] / entry.link).exists()
+        if entry.relation is not None:
+            continue
         case = library.case(entry.case)
         assert case.bounces >= min(entry.bounces)
         truth = case.answer.truth(case.scene, 19)
         assert truth is not None
         for k in range(1, 20):  # however many are asked for
             assert entry.speaks_of(k) == truth.mean[k].any()
-        assert canonical(entry.renderer) == entry.renderer
-        assert (Path(__file__).parents[2] / entry.link).exists()
 
 
 def test_entries_apply_to_their_case_renderer_and_versions(tmp_path: Path) -> None:
@@ -46,6 +48,21 @@ def test_entries_apply_to_their_case_renderer_and_versions(tmp_path: Path) -> No
     assert not known.declared(entries, "furnace-box", "mitsuba:scalar_rgb", "3.10.0")
     assert not known.declared(entries, "furnace-sphere", "mitsuba:scalar_rgb", "3.9.1")
     assert not known.declared(entries, "furnace-box", "reference:mis", "3.9.1")
+
+
+def test_an_entry_of_a_relation_says_nothing_of_the_comparison(tmp_path: Path) -> None:
+    file = tmp_path / "known.toml"
+    of_room = ENTRY.replace("furnace-box", "room")  # no case, but a scene that relations bring along
+    file.write_text(ENTRY + ENTRY + 'relation = "scaling"\n' + of_room + 'relation = "channels"\n')
+    plain, scaling, channels = entries = known.load(file)
+
+    def found(case: str, relation: str | None = None) -> list[known.Deviation]:
+        return known.declared(entries, case, "mitsuba:scalar_rgb", "3.9.1", relation)
+
+    assert found("furnace-box") == [plain]
+    assert found("furnace-box", "scaling") == [scaling]
+    assert found("room", "channels") == [channels]
+    assert found("room") == found("room", "scaling") == []
 
 
 def test_the_last_bias_can_hold_onwards(tmp_path: Path) -> None:
@@ -89,6 +106,11 @@ def test_channels_can_deviate_differently(tmp_path: Path) -> None:
             "deviation[0]: no case is called 'furnace-bax': did you mean furnace-box",
         ),
         (("mitsuba:scalar_rgb", "mitsuba:scalar"), "deviation[0]: no renderer is called 'mitsuba:scalar'"),
+        (('link = "l"', 'link = "l"\nrelation = "scales"'), "deviation[0]: no relation is called 'scales'"),
+        (
+            ('"furnace-box"', '"attic"\nrelation = "scaling"'),
+            "deviation[0]: no scene is called 'attic'",
+        ),
         (("[[deviation]]", "[[deviation]"), "known.toml"),
     ],
 )

@@ -159,6 +159,17 @@ def test_on_ones_word_a_smooth_bias_is_told_from_noise() -> None:
     assert check(case, truth, "x", right, ALPHA, independent=True).verdict == "pass"
 
 
+def test_half_of_alpha_is_for_the_whole_image() -> None:
+    """As in comparisons with replicates; q of α/2 over the q of α, each over the channels."""
+    case, truth = flat(64)
+    [bounce] = checked(case, noisy(truth.mean, 0.05), truth).bounces
+    each = [ALPHA / 2 / len(bounce.channels), ALPHA]
+    expected = np.divide(*stats.norm.isf(np.divide(each, 2)))
+    for channel in bounce.channels:
+        (low, high), (own_low, own_high) = channel.simultaneous_interval, channel.interval
+        assert (high - low) / (own_high - own_low) == pytest.approx(expected, rel=0.01)
+
+
 def test_how_often_a_right_image_fails() -> None:
     """Tolerance 0: 150 images under independent noise, α = 2 %, within the binomial 99.9 % bound."""
     case, truth = flat(32)

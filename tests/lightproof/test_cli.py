@@ -317,7 +317,7 @@ def test_a_relation_that_fails_ends_with_1(tmp_path: Path, monkeypatch: pytest.M
         return Told("fail", "7 of 9 pixels have another distance")
 
     relation = dataclasses.replace(RELATIONS["first-hits"], claims=lambda *_: [Exact(far)])
-    monkeypatch.setattr("comparisons.relations.RELATIONS", {"first-hits": relation})
+    monkeypatch.setattr("comparisons.relations.RELATIONS", {**RELATIONS, "first-hits": relation})
     result = validate(tmp_path, "furnace-box", "--relation", "first-hits", "--renderer", "reference")
     assert result.exit_code == 1, result.output
     assert "7 of 9 pixels" in (tmp_path / "out" / "junit.xml").read_text()

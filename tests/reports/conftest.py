@@ -229,12 +229,21 @@ def relation(name: str, verdict: Any, bounces: list[BounceResult], **changes: An
 @pytest.fixture
 def with_relations(results: Results, tmp_path: Path) -> Results:
     """The same run, which has tried relations too."""
+    offset = KnownDeviation(
+        declared_bias=0.013, state="confirmed", reason=f"the ray offset {SCRIPT}", link="docs/offset.md"
+    )
     tried = [
         relation("superposition", "pass", [bounce(k, "pass", 0.002) for k in range(3)]),
         relation("reciprocity", "fail", [bounce(1, "fail", 0.04), bounce(2, "pass")], claim="25° and 50°"),
         relation("seeds", "fail", [], message="it takes no notice of its seed", operator="estimator"),
         relation(
             "linearity", "inconclusive", [bounce(0, "inconclusive", 0.009)], message="the budget was used up"
+        ),
+        relation(
+            "rotation",
+            "known",
+            [bounce(1, "known", 0.013, known=offset), bounce(2, "pass")],
+            notes=["one replicate dominates"],
         ),
         relation("homogeneity", "unsupported", [], message=f"not applicable: {SCRIPT}{CONTROL}"),
         relation("scaling", "error", [], message="exit code 139", log=["starting", f"]]> {SCRIPT}"]),

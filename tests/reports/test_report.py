@@ -354,10 +354,14 @@ def test_the_browser_check_notices_what_it_is_there_for(tmp_path: Path, open_rep
 @pytest.mark.parametrize(
     "said",
     [
-        "3 of 12 checks failed, 2 ended in an error, 2 stayed inconclusive.",
+        "3 of 13 checks failed, 2 ended in an error, 2 stayed inconclusive.",
         "Both sides agree: pass. A deviation of 1.4 % of the whole image would have failed with 90 % power.",
         "In bounce 1 the first side is 4.0 % above the second (interval +3.70 to +4.30 %, tolerance ±1.0 %): fail.",
         "it takes no notice of its seed: fail.",
+        "In bounce 1 the first side is 1.3 % above the second",
+        "as declared: known.",
+        "one replicate dominates",
+        "Declared: 1.3 % in bounce 1, confirmed. the ray offset",
         "what is wrong on both sides",
         "25° and 50°",
         "exit code 139: error.",
@@ -381,7 +385,7 @@ def test_a_run_of_relations_alone(with_relations: Results, tmp_path: Path) -> No
     write(msgspec.structs.replace(with_relations, comparisons=[]), tmp_path)
     page = rendered(tmp_path)
     assert "This run tried relations only." in page.text
-    assert "2 of 6 checks failed, 1 ended in an error, 1 stayed inconclusive." in page.text
+    assert "2 of 7 checks failed, 1 ended in an error, 1 stayed inconclusive." in page.text
 
 
 def test_a_page_without_relations_says_nothing_of_them(page: Page) -> None:

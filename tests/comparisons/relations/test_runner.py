@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy import stats
 
+from comparisons.known import Deviation
 from comparisons.relations import RELATIONS, STAGES, Subject, Task, all_tasks, cheap_tasks, run
 from comparisons.relations.relation import Equal, Part, Relation
 from comparisons.relations.replicates import Pairs, split
@@ -93,7 +95,27 @@ def test_errors_and_missing_features_are_results(attempt: Try) -> None:
 
     [refused], [failed] = attempt("channels", refuse), attempt("channels", fail)
     assert (refused.verdict, refused.message) == ("unsupported", "floors")
-    assert (failed.verdict, failed.message, failed.log) == ("error", "out of memory", ["the last line"])
+    assert (failed.verdict, failed.log) == ("error", ["the last line"])
+    assert failed.message.startswith("out of memory")
+
+
+def test_negative_radiance_is_reported(attempt: Try, wrong: Any) -> None:
+    def with_a_hole(scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
+        images = wrong.right(scene, bounces, spp, seed)
+        images[:, 3, 2] = -100.0
+        return images
+
+    [result] = attempt("linearity", with_a_hole, last=0)
+    [note] = result.notes
+    assert note.startswith("Bounce 0: radiance is negative in 1 pixels, down to -")
+    assert "in row 3, column 2" in note
+
+
+def test_without_noise_there_are_no_intervals(attempt: Try, wrong: Any) -> None:
+    """A renderer that ignores its seed would have failed ``rotation``, with an interval of no width."""
+    [result] = attempt("rotation", wrong.deaf_to_its_seed)
+    assert result.verdict == "error"
+    assert "takes no notice of its seed" in result.message
 
 
 def test_black_on_both_sides_is_no_pass(attempt: Try, wrong: Any) -> None:
@@ -130,14 +152,15 @@ def test_no_two_renders_of_a_claim_share_a_seed(attempt: Try, here: Any) -> None
     crew = here({})
     [result] = attempt("superposition", crew=crew, last=0)
     drawn = [seed for _, _, seed in crew.asked]
-    assert len(drawn) == len(set(drawn)) == 3 * result.replicates
+    asked_whether_it_heeds_them = 2
+    assert len(drawn) == len(set(drawn)) == 3 * result.replicates + asked_whether_it_heeds_them
 
 
 def test_an_exhausted_budget_is_inconclusive_and_says_what_could_have_been_seen(attempt: Try) -> None:
     [result] = attempt("homogeneity", budget=0.001)
     assert result.verdict == "inconclusive"
     assert result.replicates == 2
-    assert "the budget of 0.001 s was used up" in result.message
+    assert "the budget of 0.001 s was used up after 2 replicates, and a verdict needs 32" in result.message
 
 
 def test_settings_have_the_last_word(attempt: Try) -> None:
@@ -218,6 +241,32 @@ def test_what_is_far_from_the_tolerance_is_decided(
 TOLERANCE = 0.05
 
 
+@pytest.mark.parametrize(
+    ("deviation", "of", "verdict", "state"),
+    [
+        (0.15, "made-up", "known", "confirmed"),
+        (0.30, "made-up", "fail", "changed"),
+        (0.0, "made-up", "pass", "vanished"),
+        (0.15, None, "fail", None),  # declared of the comparison, not of the relation
+    ],
+)
+def test_a_deviation_can_be_declared(
+    monkeypatch: pytest.MonkeyPatch, deviation: float, of: str | None, verdict: str, state: str | None
+) -> None:
+    """± 4 % around the 15 % that are declared; the difference has a standard error of 0.6 %."""
+    monkeypatch.setattr(Sampler, "exhausted", property(lambda s: bool(s.regions) and s.replicates >= 2048))
+    relation, scene, crew = made_up(deviation, "normal")
+    entry = Deviation("dot", "reference", "", [0], [0.15], 0.04, 0.04, "why", "where", relation=of)
+    task = Task(relation, Subject("dot", scene), tolerance=Tolerance((TOLERANCE,), (TOLERANCE,)), walks=1)
+    [result] = run([task], ["reference"], Settings(alpha=0.01, known=(entry,)), _Silent(), crew)
+    assert result.verdict == verdict
+    known = result.bounces[0].known
+    assert (known and known.state) == state
+    assert any("the declared deviation has vanished" in note for note in result.notes) == (
+        state == "vanished"
+    )
+
+
 def _repeated(
     monkeypatch: pytest.MonkeyPatch,
     deviation: float,
@@ -285,16 +334,34 @@ def test_every_operator_has_a_relation() -> None:
     assert {r.operator for r in RELATIONS.values()} == {"E", "G", "R", "T", "sensor", "estimator"}
 
 
+@dataclass  # which has no hash
+class Named:
+    """An object of this process; ``seed``: whether it ignores its own."""
+
+    name: str = "mine"
+    seed: int | None = None
+    deterministic: bool = False
+
+    def version(self) -> str:
+        return "7"
+
+    def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
+        return create("reference").render(scene, bounces, spp, seed if self.seed is None else self.seed)
+
+
+def test_an_object_that_ignores_its_seed_is_told_unless_it_declares_to_have_no_noise(attempt: Try) -> None:
+    [deaf] = attempt("linearity", renderer=Named(seed=7), last=1)
+    assert deaf.verdict == "error"
+    [linear] = attempt("linearity", renderer=Named(seed=7, deterministic=True), last=1)
+    assert linear.verdict == "pass"  # the same paths on both sides
+    [seeds] = attempt("seeds", renderer=Named(seed=7, deterministic=True))
+    assert (seeds.verdict, seeds.message) == (
+        "unsupported",
+        "not applicable: mine declares that it has no noise",
+    )
+
+
 def test_an_object_of_this_process_is_tried_like_any_renderer(attempt: Try) -> None:
-    class Named:
-        name = "mine"
-
-        def version(self) -> str:
-            return "7"
-
-        def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
-            return create("reference").render(scene, bounces, spp, seed)
-
     found = attempt("homogeneity", renderer=Named(), bounces=1, budget=5)
     assert [(one.renderer, one.renderer_version, one.verdict) for one in found] == [("mine", "7", "pass")]
     [hits] = attempt("first-hits", renderer=Named())

@@ -29,7 +29,7 @@ def scene() -> Scene:
         (
             "wrong:nan",
             RendererFailed,
-            "returned 6 values that are not finite, the first in bounce 2, row 3, column 1",
+            r"returned 2 of 256 pixels that are not finite \(.*\), the first in bounce 2, row 3, column 1",
         ),
         ("wrong:wrong-shape", RendererFailed, r"shape \(4, 7, 8, 3\), expected \(4, 8, 8, 3\)"),
         ("wrong:complain", RendererFailed, "RuntimeError: out of texture memory"),

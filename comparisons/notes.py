@@ -1,0 +1,47 @@
+"""What a reader of verdicts must know besides: what became of declarations, and what the samples were like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from comparisons.results import BounceResult
+from comparisons.sequential import Sampler
+
+_DOMINANT = 0.5
+"""Share of a region's squared deviations from which on a single replicate is said to dominate."""
+
+
+def notes(bounces: Sequence[BounceResult], sampler: Sampler) -> list[str]:
+    """Sentences; none where there is nothing to say."""
+    return [*_vanished(bounces), *_dominated(bounces), *_negative(bounces, sampler)]
+
+
+def _vanished(bounces: Sequence[BounceResult]) -> list[str]:
+    gone = [b.bounce for b in bounces if b.known is not None and b.known.state == "vanished"]
+    return [f"Bounce {k}: the declared deviation has vanished; remove its entry." for k in gone]
+
+
+def _dominated(bounces: Sequence[BounceResult]) -> list[str]:
+    return [
+        f"Bounce {b.bounce}: one of {b.replicates} replicates makes {b.dominance:.0%} of the spread of a region; "
+        "what its interval says rests on that one"
+        for b in bounces
+        if b.dominance > _DOMINANT
+    ]
+
+
+def _negative(bounces: Sequence[BounceResult], sampler: Sampler) -> list[str]:
+    found = []
+    for b in bounces:
+        lowest = sampler.pixels[b.bounce].lowest.min(axis=-1)
+        # terms that are differences of sums are negative by rounding here and there
+        negative = lowest < -1e-4 * b.denominator
+        if negative.any():
+            y, x = np.unravel_index(lowest.argmin(), lowest.shape)
+            found.append(
+                f"Bounce {b.bounce}: radiance is negative in {negative.sum()} pixels, down to {lowest.min():.3g} "
+                f"in row {y}, column {x}; expected none"
+            )
+    return found
