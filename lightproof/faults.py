@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
 from typing import Annotated
 
 import msgspec
@@ -16,11 +19,16 @@ from rich.table import Table
 from rich.text import Text
 
 from comparisons.faults import FAULTS, SOUND_VARIANTS
-from comparisons.faults.matrix import Row, Summary, rows
+from comparisons.faults.matrix import Matrix, Row, Summary, rows
 from lightproof import options, terminal
+from reports.faults import write as write_page
 from scenes.names import look_up
 
 Names = Annotated[list[str] | None, typer.Argument(metavar="[NAME]…", help="Some of them; all by default.")]
+OutFolder = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="FOLDER", help="Also write faults.json and the page faults.html there."),
+]
 ListThem = Annotated[bool, typer.Option("--list", help="Say what there is, and run nothing.")]
 
 
@@ -30,6 +38,7 @@ def faults(
     as_json: options.AsJson = False,
     seed: options.Seed = 0,
     jobs: options.Jobs = None,
+    out: OutFolder = None,
 ) -> None:
     """Plant faults in the reference tracer, and show which case catches each; sound variants, which none may fail.
 
@@ -46,20 +55,33 @@ def faults(
     if list_them:
         _show_list(console, chosen, as_json)
         return
-    start, found = time.monotonic(), dict[str, Row]()
+    start, date, found = time.monotonic(), datetime.now(UTC), dict[str, Row]()
+    at_once = jobs or os.cpu_count() or 1
     with Progress(console=terminal.console(stderr=True), transient=True) as progress:
         bar = progress.add_task("", total=len(chosen))
-        for row in rows(chosen, jobs or os.cpu_count() or 1, seed):
+        for row in rows(chosen, at_once, seed):
             found[row.name] = row
             progress.update(bar, advance=1, description=row.name)
     ordered = [found[name] for name in chosen]
-    summary = Summary.of(ordered, time.monotonic() - start)
+    matrix = Matrix(
+        version=version("lightproof"),
+        date=date.isoformat(timespec="seconds"),
+        processors=os.cpu_count() or 1,
+        jobs=at_once,
+        seed=seed,
+        rows=ordered,
+        summary=Summary.of(ordered, time.monotonic() - start),
+    )
+    text = msgspec.json.format(msgspec.json.encode(matrix), indent=2)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "faults.json").write_bytes(text + b"\n")
+        write_page(matrix, out)
     if as_json:
-        text = msgspec.json.encode({"rows": ordered, "summary": summary})
-        typer.echo(msgspec.json.format(text, indent=2))
+        typer.echo(text)
     else:
-        _show(console, ordered, summary)
-    raise typer.Exit(0 if summary.kept else 1)
+        _show(console, ordered, matrix.summary)
+    raise typer.Exit(0 if matrix.summary.kept else 1)
 
 
 def _show_list(out: Console, names: Sequence[str], as_json: bool) -> None:

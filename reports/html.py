@@ -40,7 +40,7 @@ def write(results: Results, folder: Path) -> Path:
     checks: list[wording.Result] = [*results.comparisons, *results.relations]
     verdict, outcome = wording.outcome(checks)
     text = (
-        _environment()
+        environment()
         .get_template("report.html.j2")
         .render(
             results=results,
@@ -92,7 +92,8 @@ def _data(figure: Any) -> Markup:
     return Markup(serialize_json(json_item(figure)).replace("<", r"\u003c"))
 
 
-def _environment() -> Environment:
+def environment() -> Environment:
+    """What templates are rendered in: texts escaped, numbers as quantities."""
     environment = Environment(
         loader=PackageLoader("reports"),
         autoescape=True,

@@ -71,6 +71,11 @@ class Row(Struct, frozen=True, kw_only=True):
     unseen: str = ""
 
     @property
+    def tuned(self) -> bool:
+        """Whether it belongs to the half that the diagnosis was tuned on."""
+        return tuned_on(self.name)
+
+    @property
     def right(self) -> bool:
         """Whether the diagnosis names what was planted."""
         return self.diagnosis is not None and self.diagnosis.suspect == self.operator
@@ -104,7 +109,7 @@ class Summary(Struct, frozen=True, kw_only=True):
         sound = [row for row in rows if row.operator is None]
 
         def named(tuned: bool) -> tuple[int, int]:
-            half = [row for row in caught if tuned_on(row.name) == tuned]
+            half = [row for row in caught if row.tuned == tuned]
             return sum(row.right for row in half), len(half)
 
         return cls(
@@ -134,6 +139,18 @@ class Summary(Struct, frozen=True, kw_only=True):
         if self.sound:
             yield f"{self.failed} of {self.sound} sound variants failed."
         yield f"{self.seconds:.0f} s in all."
+
+
+class Matrix(Struct, frozen=True, kw_only=True):
+    """All rows, and what is needed to repeat them."""
+
+    version: str
+    date: str
+    processors: int
+    jobs: int
+    seed: int
+    rows: list[Row]
+    summary: Summary
 
 
 def tuned_on(name: str) -> bool:

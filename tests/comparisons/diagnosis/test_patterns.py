@@ -1,9 +1,13 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 from comparisons.diagnosis.patterns import pattern
-from tests.comparisons.diagnosis.conftest import Make
+from comparisons.results import Comparison
+
+Make = Callable[..., Comparison]
 
 TRUTH = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125]
 
