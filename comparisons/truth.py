@@ -62,8 +62,7 @@ def truth_of(case: Case, crew: Crew, progress: Progress = lambda done: None) -> 
     truth = case.answer.truth(case.scene, case.bounces)
     if truth is not None:
         return truth
-    height, width, _ = case.scene.shape
-    spp = max(BATCHES, CACHED_SAMPLES // (height * width))
+    spp = default_spp(case.scene)
     path = _cache_path(case, spp)
     try:
         return _read(path)
@@ -92,12 +91,31 @@ def scene_hash(scene: Scene) -> str:
     return scene.sha256
 
 
+def default_spp(scene: Scene) -> int:
+    """Samples per pixel of a truth that is estimated on the fly."""
+    height, width, _ = scene.shape
+    return max(BATCHES, CACHED_SAMPLES // (height * width))
+
+
 def estimate(
     scene: Scene, bounces: int, spp: int, crew: Crew, path: Path, progress: Progress = lambda done: None
 ) -> None:
-    """Estimate the truth and write it to a file.
+    """Estimate the truth and write it to a file."""
+    truth = estimated(scene, bounces, spp, crew, progress)
+    partial = path.with_suffix(f".{os.getpid()}.exr")  # a run that is cut short leaves no half a truth behind
+    exr.write_bounces(partial, truth.mean, truth.stderr, {_SOURCE: truth.source} | _of(scene))
+    partial.replace(path)
+
+
+def estimated(
+    scene: Scene, bounces: int, spp: int, crew: Crew, progress: Progress = lambda done: None
+) -> Truth:
+    """Estimate the truth, with spp samples per pixel, rounded down to a multiple of ``BATCHES``.
 
     The mean is that of ``BATCHES`` independent renders, the standard error that of their spread.
+
+    Raises:
+        RendererError: the estimator failed.
     """
     total: Moments | None = None
     wanted, seeds = range(bounces + 1), range(_SEED, _SEED + BATCHES)
@@ -112,15 +130,8 @@ def estimate(
             batch.cancel()
         crew.dismiss(ESTIMATOR)
     assert total is not None
-    partial = path.with_suffix(f".{os.getpid()}.exr")  # a run that is cut short leaves no half a truth behind
-    exr.write_bounces(partial, total.mean, total.standard_error, _header(scene, spp))
-    partial.replace(path)
-
-
-def _header(scene: Scene, spp: int) -> dict[str, str]:
-    """How the data was made, and for which scene."""
     made = f"{ESTIMATOR} of lightproof {version('lightproof')}, {BATCHES} batches of {spp // BATCHES} spp"
-    return {_SOURCE: f"{made}, seeds from {_SEED}"} | _of(scene)
+    return Truth(total.mean, total.standard_error, f"{made}, seeds from {_SEED}")
 
 
 def _of(scene: Scene) -> dict[str, str]:

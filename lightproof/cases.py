@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
 from scenes import Case, Estimate, Formula, Scene, SceneError, Tolerance, UnknownNameError, library
@@ -34,6 +35,12 @@ Images = NDArray[np.float64]
 GROUP = "lightproof.cases"
 OWN_TOLERANCE = Tolerance(image=(0.01,), tile=(0.05,))
 """Of a scene with an answer image, unless told otherwise."""
+
+_STANDARD_ERRORS = 6.0
+"""How far below 0 the noise of an answer may reach: of 10⁹ pixels one."""
+
+_NARROW = 1.0
+"""Degrees. No camera has so narrow a view, but many have one of less than 1 rad."""
 
 _EXAMPLE = "such as my_cases.py:my_case"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
@@ -139,6 +146,7 @@ def from_answer(scene: Path, answer: Path) -> Case:
         raise CaseError(
             f"{answer} has (height, width, channels) = {mean.shape[1:]}, the scene's sensor has {found.shape}"
         )
+    _check_radiance(mean, stderr, f"{answer}")
     last = len(mean) - 1
     return Case(
         name=checked_name(scene.stem, f"{scene}"),
@@ -156,18 +164,40 @@ def from_answer(scene: Path, answer: Path) -> Case:
     )
 
 
+def _check_radiance(mean: Images, stderr: Images, place: str) -> None:
+    """Refuse what no answer can be. By its noise, or by the rounding of 32 bits, it may lie below 0.
+
+    Raises:
+        CaseError: naming the first pixel.
+    """
+    allowed = 1e-6 * np.abs(mean[np.isfinite(mean)]).max(initial=0.0) + _STANDARD_ERRORS * stderr
+    wrong = ~(np.isfinite(mean) & np.isfinite(stderr) & (stderr >= 0) & (mean >= -allowed))
+    if wrong.any():
+        k, y, x, c = np.argwhere(wrong)[0]
+        error = f" with a standard error of {stderr[k, y, x, c]:g}" if stderr[k, y, x, c] != 0 else ""
+        raise CaseError(
+            f"{place} is {mean[k, y, x, c]:g}{error} in bounce {k}, row {y}, column {x}, channel {c}: expected "
+            "finite radiance ≥ 0, as far as its standard error can tell"
+        )
+
+
 def load_scene(path: Path) -> Scene:
-    """A scene from a JSON file.
+    """A scene from a JSON file. An angle of view that looks like radians is warned of.
 
     Raises:
         CaseError: no such file, or no scene in it.
     """
     try:
-        return Scene.load(path)
+        scene = Scene.load(path)
     except OSError as error:
         raise CaseError(f"{path}: {error.strerror}") from None
     except SceneError as error:
         raise CaseError(f"{path}: {error}") from None
+    fov = getattr(scene.sensor, "fov", None)
+    if fov is not None and fov < _NARROW:
+        meant = f"{np.degrees(fov):.3g} if radians were meant"
+        typer.echo(f"Warning: {path}: sensor.fov = {fov:g} is in degrees; {meant}", err=True)
+    return scene
 
 
 def check_answer(case: Case, bounces: int, size: tuple[int, int] | None) -> None:

@@ -57,7 +57,7 @@ def check(
             "a file with --layers says itself how many bounces it has", param_hint="--bounces"
         )
     start, date = time.monotonic(), datetime.now(UTC)
-    chosen = one_case(case, None, bounces)
+    chosen = one_case(case, None, bounces, hint="--case")
     picture = _read(image, layers, chosen)
     settings = Settings(
         tolerance=percents(tolerance, "--tolerance"),

@@ -51,7 +51,9 @@ def subject(named: str | None, own: str | None, bounces: int | None = None) -> S
     return Subject(case.name, case.scene, case.bounces, case.wavelengths)
 
 
-def one_case(named: str | None, own: str | None, bounces: int | None = None, or_else: str = "") -> Case:
+def one_case(
+    named: str | None, own: str | None, bounces: int | None = None, or_else: str = "", hint: str = "CASE"
+) -> Case:
     """The case of that name, or of ``--case``.
 
     Raises:
@@ -59,8 +61,8 @@ def one_case(named: str | None, own: str | None, bounces: int | None = None, or_
     """
     if (named is None) == (own is None):
         found = "none of them" if named is None else "both"
-        raise typer.BadParameter(f"expected a CASE{or_else} or --case, found {found}", param_hint="CASE")
-    case = _own(own) if own is not None else _named(named or "")
+        raise typer.BadParameter(f"expected a CASE{or_else} or --case, found {found}", param_hint=hint)
+    case = _own(own) if own is not None else _named(named or "", hint)
     check_bounces(case, bounces)
     return case
 
@@ -132,14 +134,14 @@ def check_size(case: Case, bounces: int | None, size: tuple[int, int] | None) ->
     _tried(lambda: cases.check_answer(case, last, size), "--size")
 
 
-def _named(name: str) -> Case:
+def _named(name: str, hint: str = "CASE") -> Case:
     if name.endswith(".json"):
         message = (
             f"{name} is a scene, which has no answer by itself: 'lightproof validate' takes it as --scene, with an "
-            "--answer; 'lightproof render' renders it"
+            "--answer, which 'lightproof answer' estimates; 'lightproof render' renders it"
         )
-        raise typer.BadParameter(message, param_hint="CASE")
-    return _tried(lambda: cases.find(name), "CASE")
+        raise typer.BadParameter(message, param_hint=hint)
+    return _tried(lambda: cases.find(name), hint)
 
 
 def _own(place: str) -> Case:

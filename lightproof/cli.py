@@ -7,32 +7,31 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Any, Literal
 
 import typer
 
 import reports
 from comparisons import known as known_deviations
-from comparisons.crew import Crew
 from comparisons.relations import RELATIONS, cheap_tasks
 from comparisons.renderers import RENDERERS, SHORT_NAMES, RendererError, canonical
 from comparisons.renderers.process import RendererProcess
 from comparisons.results import ResultsError
 from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
-from comparisons.truth import truth_of
-from lightproof import exports, options, terminal
+from lightproof import exports, images, options, terminal
+from lightproof.answer import answer
 from lightproof.cases import CaseError, announced, from_entry_point
 from lightproof.check import check
-from lightproof.choice import check_size, one_case, relation_tasks, several_cases, subject
+from lightproof.choice import relation_tasks, several_cases, subject
 from lightproof.faults import faults
 from lightproof.folder import prepare
 from lightproof.parameters import percents, size
+from lightproof.stop import stop
 from lightproof.validate import exit_status
 from lightproof.validate import validate as run_validation
-from scenes import Case, Scene, SceneError, UnknownNameError, library
+from scenes import Case, UnknownNameError, library
 from scenes.features import features
 from scenes.formats import exr
 from scenes.formats.export import UnsupportedFeatureError
@@ -119,9 +118,9 @@ def validate(
             outcome = run_validation(chosen, renderers, settings, out, show, tasks)
         except KeyboardInterrupt:
             what = "checks" if tasks else "comparisons"
-            _stop(f"interrupted; {show.done} of {show.total} {what} are in {out}/results.json", 130)
+            stop(f"interrupted; {show.done} of {show.total} {what} are in {out}/results.json", 130)
         except CaseError as error:  # an answer is asked for only when its turn comes
-            _stop(str(error), 2)
+            stop(str(error), 2)
     terminal.show_verdicts(console, outcome)
     console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
     raise typer.Exit(exit_status(outcome))
@@ -154,8 +153,8 @@ def render(
     Example: lightproof render cornell-box --renderer mitsuba --spp 256 --out box.exr
     """
     chosen, name = subject(case, own, bounces), _renderer(renderer)
-    scene = _resized(chosen.scene, size_text)
-    path = _exr(out or Path(f"{chosen.name}-{renderer.replace(':', '-')}.exr"))
+    scene = images.resized(chosen.scene, size_text)
+    path = images.exr_file(out or Path(f"{chosen.name}-{renderer.replace(':', '-')}.exr"))
     console = terminal.console()
     last = chosen.bounces if bounces is None else bounces
     status = console.status(f"{chosen.name} × {renderer}: bounces 0 to {last}, {spp} spp")
@@ -163,51 +162,18 @@ def render(
         with status, RendererProcess(name) as process:
             image = process.render(scene, range(last + 1), spp, seed, timeout=RENDER_TIMEOUT)
             made = f"{chosen.name}, {name} {process.version}, {spp} spp, seed {seed}"
-        header = {"lightproof:source": made, **_which(chosen.name, scene)}
+        header, replaced = images.header(made, chosen.name, scene), path.exists()
         exr.write_bounces(path, image, attributes=header, wavelengths=chosen.wavelengths)
     except KeyboardInterrupt:
-        _stop("interrupted; nothing was written", 130)
+        stop("interrupted; nothing was written", 130)
     except RendererError as error:
-        _stop(str(error), 3, error.log)
+        stop(str(error), 3, error.log)
     except exr.ImageError as error:
         raise typer.BadParameter(str(error), param_hint="--out") from None
-    console.print(f"{path}: layers bounce0 to bounce{last}{_of(chosen.wavelengths)}", soft_wrap=True)
+    console.print(images.written(path, last, chosen.wavelengths, replaced), soft_wrap=True)
 
 
-@app.command()
-def answer(
-    case: options.Answered = None,
-    own: options.Own = None,
-    bounces: options.Bounces = None,
-    size_text: options.Size = None,
-    jobs: options.Jobs = None,
-    out: options.TruthFile = None,
-) -> None:
-    """Write the answer of a case to an EXR file: the truth, a layer per bounce, and its standard error if it has one.
-
-    Example: lightproof answer furnace-box --bounces 3 --out truth.exr
-    """
-    chosen, resolution = one_case(case, own, bounces), size(size_text)
-    last = chosen.bounces if bounces is None else bounces
-    check_size(chosen, last, resolution)
-    asked = replace(chosen, scene=_resized(chosen.scene, size_text), bounces=last)
-    path, console = _exr(out or Path(f"{chosen.name}-answer.exr")), terminal.console()
-    try:
-        with console.status(f"{chosen.name}: bounces 0 to {last}"), Crew(jobs or os.cpu_count() or 1) as crew:
-            truth = truth_of(asked, crew)
-        stderr = truth.stderr if truth.stderr.any() else None
-        header = {"lightproof:source": truth.source, **_which(chosen.name, asked.scene)}
-        exr.write_bounces(path, truth.mean, stderr, header, chosen.wavelengths)
-    except KeyboardInterrupt:
-        _stop("interrupted; nothing was written", 130)
-    except RendererError as error:
-        _stop(f"there is no truth: {error}", 3, error.log)
-    except CaseError as error:
-        _stop(str(error), 2)
-    except exr.ImageError as error:
-        raise typer.BadParameter(str(error), param_hint="--out") from None
-    layers = f"layers bounce0 to bounce{last}{_of(chosen.wavelengths)}"
-    console.print(f"{path}: {layers}, {chosen.answer.kind}", soft_wrap=True)
+app.command()(answer)
 
 
 @app.command()
@@ -224,14 +190,14 @@ def export(
     Example: lightproof export cornell-box --format mitsuba-xml --out box.xml
     """
     chosen = subject(case, own)
-    scene = exports.one_channel(_resized(chosen.scene, size_text), channel)
+    scene = exports.one_channel(images.resized(chosen.scene, size_text), channel)
     format_name, path = exports.format_and_file(chosen.name, format, out)
     try:
-        made = exports.made(chosen, scene, channel, format_name, _in_a_folder(path))
+        made = exports.made(chosen, scene, channel, format_name, images.in_a_folder(path))
         exports.refuse_to_overwrite(made, path)
         written = made.write(path)
     except UnsupportedFeatureError as error:
-        _stop(str(error), 5)
+        stop(str(error), 5)
     except OSError as error:
         raise typer.BadParameter(f"{error.filename}: {error.strerror}", param_hint="--out") from None
     for file in written:
@@ -261,22 +227,9 @@ def report(
     try:
         written = reports.render(folder)
     except ResultsError as error:
-        _stop(str(error), 2)
+        stop(str(error), 2)
     for path in written:
         typer.echo(path)
-
-
-def _which(name: str, scene: Scene) -> dict[str, str]:
-    """What the header of an image says of the scene in it, as those of exported scenes do."""
-    height, width, _ = scene.shape
-    return {"lightproof:scene": f"{name}, {width}x{height} pixels", "lightproof:sha256": scene.sha256}
-
-
-def _of(wavelengths: tuple[float, ...] | None) -> str:
-    if wavelengths is None:
-        return ""
-    ends = f"{wavelengths[0]:g} to {wavelengths[-1]:g} nm"
-    return f", each of {len(wavelengths)} wavelengths from {ends} and a picture in linear sRGB"
 
 
 def _cases() -> list[dict[str, Any]]:
@@ -334,28 +287,6 @@ def _text(value: object) -> str:
     return "" if value is None else str(value)
 
 
-def _resized(scene: Scene, size_text: str | None) -> Scene:
-    resolution = size(size_text)
-    try:
-        return scene.resized(*resolution) if resolution else scene
-    except SceneError as error:
-        raise typer.BadParameter(str(error), param_hint="--size") from None
-
-
-def _exr(path: Path) -> Path:
-    if path.suffix != ".exr":
-        raise typer.BadParameter(f"{path}: expected a name that ends in .exr", param_hint="--out")
-    return _in_a_folder(path)
-
-
-def _in_a_folder(path: Path) -> Path:
-    if not path.resolve().parent.is_dir():
-        raise typer.BadParameter(
-            f"{path}: there is no folder {path.parent}; make it first", param_hint="--out"
-        )
-    return path
-
-
 def _renderer(name: str) -> str:
     """The full name."""
     try:
@@ -374,16 +305,13 @@ def _known(file: str) -> list[known_deviations.Deviation]:
         raise typer.BadParameter(str(error), param_hint="--known") from None
 
 
-def _stop(message: str, status: int, log: list[str] | None = None) -> NoReturn:
-    for line in [*(log or []), f"Error: {message}"]:
-        typer.echo(line, err=True)
-    raise typer.Exit(status)
-
-
 def main() -> None:
     """Run the command. An error of its own ends it with 70, which no verdict does."""
     try:
         app()
+    except MemoryError as error:
+        typer.echo(f"Error: out of memory: {error}; a smaller --size or fewer --bounces need less", err=True)
+        sys.exit(2)
     except Exception:
         traceback.print_exc()
         typer.echo("This is a bug in lightproof, not a verdict.", err=True)

@@ -8,6 +8,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from comparisons.truth import BATCHES
+
 Cases = Annotated[
     list[str] | None,
     typer.Argument(metavar="[CASE]...", help="See 'lightproof list cases'. Default: a few of them."),
@@ -16,7 +18,12 @@ Subject = Annotated[
     str | None,
     typer.Argument(metavar="CASE", help="See 'lightproof list cases'. Or a scene, my-scene.json."),
 ]
-Answered = Annotated[str | None, typer.Argument(metavar="CASE", help="See 'lightproof list cases'.")]
+Answered = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="CASE", help="See 'lightproof list cases'. Or a scene, my-scene.json, to be estimated."
+    ),
+]
 Own = Annotated[
     str | None,
     typer.Option(
@@ -121,6 +128,15 @@ RelationNames = Annotated[
 ]
 Seed = Annotated[int, typer.Option(help="Different seeds give independent images.", min=0, max=2**32 - 1)]
 Spp = Annotated[int, typer.Option(help="Samples per pixel.", min=1)]
+EstimateSpp = Annotated[
+    int | None,
+    typer.Option(
+        "--spp",
+        help="Of a scene: samples per pixel in all its batches, whose spread is the standard error. Default: what "
+        "makes 67 million paths, some minutes.",
+        min=BATCHES,
+    ),
+]
 Jobs = Annotated[
     int | None,
     typer.Option(help="Processes that render at the same time. Default: one per processor.", min=1, max=1024),

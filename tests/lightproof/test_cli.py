@@ -211,6 +211,19 @@ def test_a_bug_is_no_verdict(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
     assert caught.value.code == 70
 
 
+def test_too_little_memory_is_no_bug(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def greedy() -> None:
+        raise MemoryError("Unable to allocate 1 TiB")
+
+    monkeypatch.setattr("lightproof.cli.app", greedy)
+    with pytest.raises(SystemExit) as caught:
+        main()
+    assert caught.value.code == 2
+    assert "out of memory: Unable to allocate 1 TiB; a smaller --size" in capsys.readouterr().err
+
+
 def test_a_new_run_leaves_nothing_of_the_old_one(tmp_path: Path) -> None:
     validate(tmp_path, "furnace-sphere", "--renderer", "reference")
     validate(tmp_path, "furnace-box", "--renderer", "reference", "--budget", "0.1")
