@@ -47,23 +47,26 @@ _KINDS = {
 _CONSTANTS = {"π": math.pi, "2π": 2 * math.pi, "4π": 4 * math.pi, "1/π": 1 / math.pi}
 
 
-def hints(image: Array, terms: Array) -> list[Hint]:
+def hints(image: Array, terms: Array, counted: bool = False) -> list[Hint]:
     """Kinds and sentences that say what the image may have gone through; none where nothing explains it far better.
 
     Args:
         image: the sum of all bounces, ``(height, width, channels)``, finite, at least 8 × 8 pixels.
         terms: the truth of each bounce, ``(bounces + 1, height, width, channels)``.
+        counted: it is known to have that many bounces, by its layers.
     """
     truth = terms.sum(axis=0)
     if truth.mean() <= 0:
         return []
+    if not image.any():
+        return [Hint(kinds=[], text="It is black everywhere: was anything rendered?")]
     found, brightest = list[Hint](), float(truth.max())
     if 0.999 < image.max() <= 1 and brightest > 1.05:
         text = f"No value is above 1, but the truth reaches {brightest:.4g}: it seems to be clipped."
         found.append(Hint(kinds=["clipped"], text=text))
         truth = np.minimum(truth, 1)
-    if not found and (counted := _counted(image, terms)):
-        return [counted]
+    if not (found or counted) and (other := _counted(image, terms)):
+        return [other]
     undone = _undone(image, truth)
     return [*undone, *found] if undone else found + _displaced(image, truth)
 

@@ -85,6 +85,7 @@ def check(
     checked = _Check(case, picture, terms, expected, alpha, independent)
     bounces = [checked.judged(i) for i in range(len(images))]
     verdict = overall(b.verdict for b in bounces)
+    found = hints(images.sum(axis=0), terms, counted=not picture.summed) if verdict != "pass" else []
     return Comparison(
         **told,
         **_metrics(case, picture, expected),
@@ -99,7 +100,7 @@ def check(
             independent=independent,
             noise=[checked.described(i) for i in range(len(images))],
             limits=checked.limits(),
-            hints=[] if verdict == "pass" else [hint.text for hint in hints(images.sum(axis=0), terms)],
+            hints=[hint.text for hint in found],
         ),
     )
 

@@ -16,7 +16,8 @@ def percents(text: str | None, option: str) -> tuple[float, ...] | None:
     """``0.5%`` or ``0.005``: (0.005,), for every bounce; ``0.2%,0.5%``: of bounce 0, and of all later ones.
 
     Raises:
-        typer.BadParameter: no numbers, or one that is not above 0; or a share from 10 % on without its sign.
+        typer.BadParameter: no numbers, or one that is not above 0 and below 100 %; or a share from 10 % on without
+            its sign.
     """
     return None if text is None else tuple(_percent(part.strip(), option) for part in text.split(","))
 
@@ -35,6 +36,10 @@ def _percent(text: str, option: str) -> float:
         raise typer.BadParameter(
             f"{text!r} is a share, {100 * value:g} %: expected the sign, {text}% or {100 * value:g}%",
             param_hint=option,
+        )
+    if value >= 1:
+        raise typer.BadParameter(
+            f"{text!r}: expected less than 100%; a black image would pass", param_hint=option
         )
     return value
 

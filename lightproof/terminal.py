@@ -132,7 +132,7 @@ def show_verdicts(out: Console, outcome: Results) -> None:
         _show(out, ("relation", "scene", "renderer"), claims)
     results: list[Comparison | RelationResult] = [*outcome.comparisons, *outcome.relations]
     if any(result.bounces for result in results):
-        out.print(_CAPTION)
+        out.print(_caption(any(r.bounces for r in outcome.relations)), soft_wrap=True)
     for diagnosis in outcome.diagnoses:
         out.print(
             Text(f"{diagnosis.renderer}: ", "bold").append(wording.diagnosis(diagnosis), ""), soft_wrap=True
@@ -187,11 +187,10 @@ def _verdict(result: Comparison | RelationResult) -> Text:
     return Text(result.verdict, _STYLE[result.verdict])
 
 
-_CAPTION = (
-    "Bias of the whole image in percent, in the channel closest to failing, ± half its interval; of a relation,\n"
-    "how far its first side lies from its second.\n"
-    "! fail   ? inconclusive   ~ known deviation   t the tiles decided"
-)
+def _caption(relations: bool) -> str:
+    lines = ["Bias of the whole image in percent, in the channel closest to failing, ± half its interval"]
+    lines += ["Of a relation, how far its first side lies from its second"] if relations else []
+    return "\n".join([*lines, "! fail   ? inconclusive   ~ known deviation   t the tiles decided"])
 
 
 def _cell(result: BounceResult) -> Text:
@@ -261,7 +260,8 @@ def _outliers(noise: ResidualNoise) -> str:
     brightest = (
         f"({o.x}, {o.y}) {o.channel} {o.value:.3g} for {o.truth:.3g}" for o in noise.brightest_outliers
     )
-    return f"{noise.outliers} outliers, the brightest at (x, y) = {', '.join(brightest)}"
+    several = "s, the brightest" if noise.outliers > 1 else ""
+    return f"{noise.outliers} outlier{several} at (x, y) = {', '.join(brightest)}"
 
 
 _SINGLE_CAPTION = (

@@ -108,7 +108,7 @@ def provenance(settings: Settings, date: datetime, seconds: float) -> Provenance
     """What is needed to repeat a run that began at that date and took so long."""
     return Provenance(
         date=date.isoformat(timespec="seconds"),
-        command_line=[Path(sys.argv[0]).name, *sys.argv[1:]],
+        command_line=[Path(sys.argv[0]).name.replace("__main__.py", "lightproof"), *sys.argv[1:]],
         versions={"python": platform.python_version(), **{name: _version(name) for name in _PACKAGES}},
         platform=platform.platform(),
         processors=os.cpu_count() or 1,

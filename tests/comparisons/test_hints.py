@@ -106,3 +106,16 @@ def test_another_number_of_bounces_is_recognised(terms: Array) -> None:
 
 def test_black_truth_has_no_hints() -> None:
     assert hints(np.ones((16, 16, 3)), np.zeros((2, 16, 16, 3))) == []
+
+
+def test_black_is_called_black(terms: Array) -> None:
+    """And not an image with fewer bounces, most of whose blocks are black as well."""
+    [black] = hints(np.zeros_like(terms[0]), terms)
+    assert black.text == "It is black everywhere: was anything rendered?"
+
+
+def test_layers_are_not_told_to_be_others(terms: Array) -> None:
+    """A file of layers says how many bounces it has: an option for that it could not be given."""
+    direct = terms[:2].sum(axis=0)
+    assert "say --bounces 1" in hints(direct, terms)[0].text
+    assert not any("--bounces" in hint.text for hint in hints(direct, terms, counted=True))

@@ -37,6 +37,12 @@ def test_a_large_share_needs_its_sign(text: str) -> None:
     assert percents("50%", "--tolerance") == (0.5,)
 
 
+@pytest.mark.parametrize("text", ["100%", "500%", "1%,100%"])
+def test_a_tolerance_that_black_would_pass(text: str) -> None:
+    with pytest.raises(typer.BadParameter, match="expected less than 100%; a black image would pass"):
+        percents(text, "--tolerance")
+
+
 @pytest.mark.parametrize(("text", "value"), [("64x48", (64, 48)), ("1×2", (1, 2)), (None, None)])
 def test_size(text: str | None, value: tuple[int, int] | None) -> None:
     assert size(text) == value

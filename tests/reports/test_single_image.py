@@ -113,7 +113,7 @@ def test_layers_are_called_bounces(finished: Callable[[bool], str], tmp_path: Pa
 def test_what_was_learned_of_the_image_is_said(finished: Callable[[bool], str]) -> None:
     page = finished(True)
     assert "Which bounce is wrong does not show." in page
-    assert "1 outliers, the brightest at (x, y) = (7, 9) G 50 for 0.5" in page
+    assert "1 outlier at (x, y) = (7, 9) G 50 for 0.5" in page
     assert "It seems to be &lt;script&gt;alert(1)&lt;/script&gt;." in page
     assert SCRIPT not in page
     assert "<dt>Seed</dt>" not in page
