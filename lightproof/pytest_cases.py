@@ -1,4 +1,4 @@
-"""``pytest --lightproof-renderer NAME``: every case a test, without a file of tests."""
+"""``pytest --lightproof-renderer NAME``: cases as tests, without a file of tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import typer
 from comparisons.renderers import canonical
 from lightproof.choice import several_cases
 from lightproof.parameters import percents, size
-from scenes import Case, UnknownNameError
+from scenes import Case, UnknownNameError, library
 from scenes.names import look_up
 
 NODE = "lightproof"
@@ -35,8 +35,9 @@ class Cases:
             self.tolerance = percents(option("lightproof_tolerance"), "tolerance")
             self.tile_tolerance = percents(option("lightproof_tile_tolerance"), "tile-tolerance")
             self.size = size(option("lightproof_size"))
-            names = option("lightproof_case") or []
-            cases = several_cases(names, [], [], option("lightproof_all"), (None, None), None, self.size)
+            names, everything = option("lightproof_case") or [], option("lightproof_all")
+            self.default = not names and not everything
+            cases = several_cases(names, [], [], everything, (None, None), None, self.size)
             # the same renderer by two names is one
             renderers = {canonical(name): name for name in option("lightproof_renderer")}.values()
             pairs = {f"{case.name}[{name}]": (case, name) for case in cases for name in renderers}
@@ -48,6 +49,12 @@ class Cases:
             raise pytest.UsageError(str(error)) from None
         if config.args_source is not pytest.Config.ArgsSource.ARGS and _asked_on_the_command_line(config):
             config.args = []
+
+    def pytest_report_header(self) -> str:
+        """Say that there are more cases, where these are the default."""
+        taken = len({case.name for case, _ in self.pairs.values()})
+        more = f" of {len(library.CASES)}, --lightproof-all takes them all" if self.default else ""
+        return f"lightproof: cases: {taken}{more}"
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_make_collect_report(self, collector: pytest.Collector) -> Generator[None, Any, None]:

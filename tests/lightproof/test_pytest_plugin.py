@@ -15,6 +15,7 @@ import pytest
 from junitparser import JUnitXml, TestCase
 
 from lightproof.pytest_host import folder_names
+from scenes import library
 
 # the latter: an installation in place that is older than the entry point
 PLUGIN = "lightproof" if entry_points(group="pytest11", name="lightproof") else "lightproof.pytest_plugin"
@@ -310,6 +311,20 @@ def test_what_is_collected(
     found = run(tmp_path, "--collect-only", "-q", *arguments, files=files)
     assert found.status == 0
     assert [line for line in found.text.splitlines() if "::" in line] == expected
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], f"cases: 4 of {len(library.CASES)}, --lightproof-all takes them all"),
+        (["--lightproof-all"], f"cases: {len(library.CASES)}"),
+        (["--lightproof-case=furnace-box"], "cases: 1"),
+    ],
+    ids=["default", "all", "one"],
+)
+def test_the_head_of_the_run_says_how_many_cases(tmp_path: Path, arguments: Sequence[str], said: str) -> None:
+    found = run(tmp_path, "--collect-only", "--lightproof-renderer=reference", *arguments)
+    assert f"lightproof: {said}" in found.text.splitlines()
 
 
 def test_x_stops_at_the_first_that_fails_and_lf_takes_it_up(tmp_path: Path) -> None:
