@@ -17,6 +17,7 @@ from reports.wording import finding
 from reports.wording import outcome as outcome_of
 
 _WIDTH = 100  # of the table: beside the margin that pytest draws
+_NOISE = 1.4  # half an interval is some 3½ standard errors; 1½ more, and its middle seldom lies further off
 _MARGIN = 1.25  # of forecasts: later looks are stricter, and many regions have to pass at once
 
 
@@ -61,7 +62,7 @@ def needed(comparison: Comparison) -> str:
     """What a renderer without bias would have needed to pass: a budget, or tolerances. Empty if nothing is open.
 
     An interval narrows with the square root of the time, and lies inside the tolerance with some 90 % power once
-    ``resolution`` does.
+    its half, and the noise of its middle, fit in there.
     """
     undecided = [b for b in comparison.bounces if b.verdict == "inconclusive"]
     if not undecided:
@@ -71,8 +72,8 @@ def needed(comparison: Comparison) -> str:
         seconds = 2 * comparison.seconds * MIN_REPLICATES / replicates
         return f"A verdict needs a budget of at least {_rounded(seconds):g} s"
     tiles = [b.worst_tile.detectable_bias - b.tile_tolerance for b in undecided]  # their resolutions
-    ratios = [b.resolution / b.tolerance for b in undecided]
-    ratios += [tile / b.tile_tolerance for tile, b in zip(tiles, undecided, strict=True)]
+    ratios = [_NOISE * _half(b) / b.tolerance for b in undecided]
+    ratios += [_NOISE * _half(b.worst_tile) / b.tile_tolerance for b in undecided]
     image = max(_MARGIN * max(b.resolution, _reach(b)) for b in undecided)
     tile = _MARGIN * max(
         max(resolution, _reach(b.worst_tile)) for resolution, b in zip(tiles, undecided, strict=True)
@@ -86,6 +87,11 @@ def needed(comparison: Comparison) -> str:
     return (
         f"A renderer without bias should pass with a budget of {_rounded(seconds):g} s, or with {tolerances}"
     )
+
+
+def _half(found: BounceResult | TileResult) -> float:
+    low, high = found.interval
+    return (high - low) / 2
 
 
 def _reach(found: BounceResult | TileResult) -> float:

@@ -35,9 +35,9 @@ class Cases:
             self.tolerance = percents(option("lightproof_tolerance"), "tolerance")
             self.tile_tolerance = percents(option("lightproof_tile_tolerance"), "tile-tolerance")
             self.size = size(option("lightproof_size"))
-            names, everything = option("lightproof_case") or [], option("lightproof_all")
-            self.default = not names and not everything
-            cases = several_cases(names, [], [], everything, (None, None), None, self.size)
+            names, few = option("lightproof_case") or [], option("lightproof_few")
+            self.all = not names and not few
+            cases = several_cases(names, [], [], self.all, (None, None), None, self.size)
             # the same renderer by two names is one
             renderers = {canonical(name): name for name in option("lightproof_renderer")}.values()
             pairs = {f"{case.name}[{name}]": (case, name) for case in cases for name in renderers}
@@ -51,10 +51,10 @@ class Cases:
             config.args = []
 
     def pytest_report_header(self) -> str:
-        """Say that there are more cases, where these are the default."""
+        """Say how many cases there are, and how to have fewer where these are all."""
         taken = len({case.name for case, _ in self.pairs.values()})
-        more = f" of {len(library.CASES)}, --lightproof-all takes them all" if self.default else ""
-        return f"lightproof: cases: {taken}{more}"
+        fewer = f", --lightproof-few takes {len(library.DEFAULT)}" if self.all else ""
+        return f"lightproof: cases: {taken}{fewer}"
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_make_collect_report(self, collector: pytest.Collector) -> Generator[None, Any, None]:

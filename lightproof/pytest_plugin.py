@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _running: list[pytest.Item] = []
 """The test that runs now; the last one, where a test runs pytest itself."""
 
-_WITH_RENDERER = ("case", "all", "size", "tolerance", "tile_tolerance")
+_WITH_RENDERER = ("case", "few", "size", "tolerance", "tile_tolerance")
 """Options that go with ``--lightproof-renderer`` alone."""
 
 
@@ -43,7 +43,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="append",
         metavar="CASE",
     )
-    option("all", "With --lightproof-renderer: all cases.", action="store_true")
+    option(
+        "few",
+        "With --lightproof-renderer: the cases that 'lightproof validate' takes, not all.",
+        action="store_true",
+    )
     option(
         "size", "With --lightproof-renderer: the resolution, as 16x16. Default: the case's.", metavar="WxH"
     )
