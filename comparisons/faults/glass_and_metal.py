@@ -157,7 +157,7 @@ def _clamped_denominator(bsdf: Any, points: Points, wi: Array, wo: Array) -> Arr
     return factor
 
 
-def _both_shadowings_apart(material: Rough) -> Rough:
+def _other_shadowing(material: Rough) -> Rough:
     other = {"separable": "correlated", "correlated": "separable"}[material.shadowing]
     return replace(material, shadowing=other)
 
@@ -304,6 +304,6 @@ FAULTS: tuple[Fault, ...] = (
         name="ggx-other-shadowing",
         operator="R",
         what="shadowing is correlated where separable was asked for, and the other way round",
-        plant=of_materials(RoughConductor, RoughDielectric, change=_both_shadowings_apart),
+        plant=of_materials(RoughConductor, RoughDielectric, change=_other_shadowing),
     ),
 )
