@@ -30,8 +30,8 @@ LEAST_COSINE = 0.1
 # ---- f of a Lambertian surface, where next event evaluates it, and where a walk goes on
 
 
-def _lambertian(factor: Factor, *, sampled: bool) -> Plant:
-    """f is a factor of (points, wi, wo) off; in the weight of samples, too, or in next event alone."""
+def _lambertian(factor: Factor) -> Plant:
+    """f is a factor of (points, wi, wo) off, and with it the weight f cos / pdf of samples."""
 
     def evaluate(f: Method) -> Method:
         return lambda self, points, wi, wo: f(self, points, wi, wo) * factor(points, wi, wo)
@@ -44,8 +44,7 @@ def _lambertian(factor: Factor, *, sampled: bool) -> Plant:
 
         return drawn
 
-    in_f, in_sample = Replacement(LambertianBSDF, "f", evaluate), Replacement(LambertianBSDF, "sample", draw)
-    return in_tracer(in_f, in_sample) if sampled else in_tracer(in_f)
+    return in_tracer(Replacement(LambertianBSDF, "f", evaluate), Replacement(LambertianBSDF, "sample", draw))
 
 
 def _one_over_cos_i(points: Points, wi: Array, wo: Array) -> Array:
@@ -142,34 +141,34 @@ FAULTS: tuple[Fault, ...] = (
         name="lambertian-without-pi",
         operator="R",
         what="f of a Lambertian surface is its albedo, not albedo / π",
-        plant=_lambertian(lambda points, wi, wo: np.full(len(points), np.pi), sampled=False),
+        plant=_lambertian(lambda points, wi, wo: np.full(len(points), np.pi)),
         happened=("https://github.com/Patryk27/strolle/pull/34",),
     ),
     Fault(
         name="cosine-missing",
         operator="R",
-        what="next event forgets the cosine at the surface",
-        plant=_lambertian(_one_over_cos_i, sampled=False),
+        what="the cosine at the surface is forgotten",
+        plant=_lambertian(_one_over_cos_i),
         happened=("https://github.com/godotengine/godot/pull/11748",),
     ),
     Fault(
         name="cosine-squared",
         operator="R",
         what="f of a Lambertian surface has the cosine in it, and is multiplied by it again",
-        plant=_lambertian(_cos_i, sampled=True),
+        plant=_lambertian(_cos_i),
         happened=("https://github.com/RayTracing/raytracing.github.io/issues/145",),
     ),
     Fault(
         name="cosine-of-wo",
         operator="R",
-        what="next event takes the cosine of the direction to the viewer, not to the light",
-        plant=_lambertian(_cos_o_over_cos_i, sampled=False),
+        what="the cosine is that of the direction to the viewer, not to the light",
+        plant=_lambertian(_cos_o_over_cos_i),
     ),
     Fault(
         name="cosine-clamped",
         operator="R",
-        what="next event takes cosines below 0.1 to be 0.1, which makes energy",
-        plant=_lambertian(_clamped_cos_i, sampled=False),
+        what="cosines below 0.1 are taken to be 0.1, which makes energy",
+        plant=_lambertian(_clamped_cos_i),
     ),
     Fault(
         name="albedo-gamma-encoded",
