@@ -31,12 +31,12 @@ _PATTERNS: Mapping[Kind, Weights] = {
     "light after the last": {"series": 4},
     "counted from another number": {"series": 6},
     "same factor": {"E": 2, "sensor": 2},
-    "same factor from 1": {"estimator": 3, "E": 1},
+    "same factor from 1": {"estimator": 2.5, "E": 0.5},
     "factor by factor": {"R": 4},
     "one bounce": {"series": 3.5},
-    "later bounces": {"series": 2.5, "sampler": 1, "R": 1},
+    "later bounces": {"series": 2, "sampler": 0.5, "R": 0.5},
     "only E": {"E": 4, "sensor": 1},
-    "places": {"G": 1, "sensor": 1.5, "R": 0.5},
+    "places": {"G": 0.5, "sensor": 1, "R": 0.5},
     "direct": {"R": 0.5, "G": 0.5, "estimator": 0.5, "E": 0.5},
     "irregular": {"G": 0.5, "R": 0.5, "sensor": 0.5},
 }
@@ -77,8 +77,8 @@ _FEATURES: Mapping[str, Weights] = {
     "shading normals": {"G": 3.0},
     "polar_range": {"E": 2.0, "estimator": 1.0},
     "angular_profile": {"E": 4.0},
-    "hidden": {"G": 5.0},
-    "small": {"G": 5.0},
+    "things that hide others": {"G": 5.0},
+    "an unusual size": {"G": 5.0},
     "several emitters": {"estimator": 3.0},
 }
 
@@ -96,8 +96,10 @@ _HIDDEN = frozenset(
 )
 """Cases about one thing that hides another."""
 
-_SMALL = frozenset(("furnace-tiny", "furnace-huge"))
+_SIZED = frozenset(("furnace-tiny", "furnace-huge"))
 _SEVERAL = frozenset(("hundred-tiles", "four-points", "sphere-two-caps", "mirror-lamps"))
+_DELTA = frozenset(("point", "spot", "directional"))
+_SPECIAL = frozenset(("mirror", "conductor", "dielectric", "rough_conductor", "rough_dielectric", "blend"))
 
 
 def clues(comparisons: Sequence[Comparison], relations: Sequence[RelationResult]) -> list[Clue]:
@@ -106,7 +108,9 @@ def clues(comparisons: Sequence[Comparison], relations: Sequence[RelationResult]
     return [
         *_of_errors(comparisons),
         *_of_patterns(patterns),
-        *_of_emission(comparisons),
+        *_of_emission(comparisons, patterns),
+        *_of_lights(comparisons),
+        *_of_bounces(comparisons),
         *_of_features(comparisons),
         *_of_hints(comparisons),
         *_of_relations(relations),
@@ -124,32 +128,70 @@ def _of_errors(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
 
 
 def _of_patterns(patterns: Sequence[Pattern]) -> Iterator[Clue]:
-    kinds = dict.fromkeys(p.kind for p in patterns)
-    for kind in kinds:
+    for kind in dict.fromkeys(p.kind for p in patterns):
         seen = [p for p in patterns if p.kind == kind]
-        where = ", ".join(p.case for p in seen[:3]) + (f" and {len(seen) - 3} more" if len(seen) > 3 else "")
-        yield Clue(f"{seen[0].text} ({where})", _PATTERNS[kind])
+        yield Clue(f"{seen[0].text} ({_some([p.case for p in seen])})", _PATTERNS[kind])
 
 
-def _of_emission(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
+def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern]) -> Iterator[Clue]:
     """Whether bounce 0 is right where something else is wrong: what the sensor does, it does to all bounces."""
-    failed = [c for c in comparisons if c.verdict == "fail"]
-    lit = [c for c in failed if c.bounces and c.bounces[0].truth_mean > 0]
+    lit = [c for c in comparisons if c.bounces and c.bounces[0].truth_mean > 0]
     wrong = [c for c in lit if c.bounces[0].verdict == "fail"]
-    if lit and not wrong:
-        yield Clue(f"E is right wherever it is seen ({len(lit)} cases)", {"sensor": -2, "E": -0.5})
-    if wrong:
-        later = [c for c in wrong if any(b.verdict == "fail" for b in c.bounces[1:])]
-        text = f"E is wrong ({', '.join(c.case for c in wrong[:3])})"
-        yield Clue(
-            text, {"E": 1, "sensor": 2 if later else 0, "R": -2, "estimator": -2, "series": -2, "G": 0.5}
-        )
+    if not wrong:
+        if failed := [c.case for c in lit if c.verdict == "fail"]:
+            yield Clue(f"E is right wherever it is seen ({_some(failed)})", {"sensor": -2.5, "E": -0.5})
+        return
+    later = any(b.verdict == "fail" for c in wrong for b in c.bounces[1:])
+    weights: Weights = {
+        "E": 1,
+        "sensor": 1.5 if later else 0,
+        "R": -2,
+        "estimator": -2,
+        "series": -2,
+        "G": 0.5,
+    }
+    yield Clue(f"E is wrong ({_some([c.case for c in wrong])})", weights)
+    if any(p.kind == "same factor" for p in patterns) and (passed := _passed(comparisons)):
+        text = f"the factor is not everybody's: {_some([c.case for c in passed])} passed"
+        yield Clue(text, {"E": 2, "sensor": -1.5})
+
+
+def _of_lights(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
+    """Which kinds of light go wrong on Lambertian surfaces: next event chooses area lights, and no delta light."""
+    plain = [c for c in comparisons if not _SPECIAL & set(c.features)]
+    delta = [c for c in plain if _DELTA & set(c.features)]
+    area = [c for c in plain if "area" in c.features]
+    wrong_delta, wrong_area = ([c for c in some if _indirect_fails(c)] for some in (delta, area))
+    if len(delta) < 2 or len(area) < 3 or any(b.verdict == "fail" for c in plain for b in c.bounces[:1]):
+        return
+    if len(wrong_delta) == len(delta) and wrong_area:
+        text = f"light of points and directions, where nothing is chosen, is wrong too ({_some(_names(wrong_delta))})"
+        yield Clue(text, {"R": 2, "G": 1, "estimator": -2, "E": -1})
+    if wrong_area and not wrong_delta and any(_direct_fails(c) for c in wrong_area):
+        text = f"light of lamps with an extent is wrong, that of points and directions right ({_some(_names(delta))})"
+        yield Clue(text, {"estimator": 2, "R": -2, "E": 0.5})
+    sphere = next((c for c in comparisons if c.case == "furnace-sphere"), None)
+    if sphere is not None and wrong_area:
+        if sphere.verdict in ("pass", "known"):
+            text = "where nothing hides anything, in furnace-sphere, all is right"
+            yield Clue(text, {"G": 1.5, "R": -1.5, "series": -0.5})
+        elif sphere.verdict == "fail" and len(wrong_delta) == len(delta):
+            yield Clue("furnace-sphere, where nothing hides anything, is wrong too", {"R": 1, "G": -1.5})
+
+
+def _of_bounces(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
+    """Direct light right everywhere, later bounces wrong: something that happens on the way."""
+    failed = [c for c in comparisons if c.verdict == "fail"]
+    direct = [c for c in comparisons if c.verdict == "pass" and len(_lit_indirect(c)) == 1]
+    if failed and len(direct) >= 3 and not any(_direct_fails(c) or _e_fails(c) for c in failed):
+        text = f"direct light is right in every case ({len(direct)} of them), later bounces are wrong"
+        yield Clue(text, {"series": 2.5, "sampler": 1.5, "R": 0.5})
 
 
 def _of_features(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """What all failed scenes have and no other one has."""
     failed = [_all_features(c) for c in comparisons if c.verdict == "fail"]
-    passed = [_all_features(c) for c in comparisons if c.verdict in ("pass", "known")]
+    passed = [_all_features(c) for c in _passed(comparisons)]
     if not failed or len(passed) < 3:
         return
     common = frozenset.intersection(*failed)
@@ -158,17 +200,6 @@ def _of_features(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
             yield Clue(
                 f"only scenes with {feature} fail ({len(failed)} of {len(failed) + len(passed)})", weights
             )
-    if len(failed) > 3 and not passed:
-        yield Clue("everything fails", {"R": 1, "sensor": 1})
-
-
-def _all_features(comparison: Comparison) -> frozenset[str]:
-    more = {
-        "hidden": comparison.case in _HIDDEN,
-        "small": comparison.case in _SMALL,
-        "several emitters": comparison.case in _SEVERAL,
-    }
-    return frozenset(comparison.features) | {name for name, has in more.items() if has}
 
 
 def _of_hints(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
@@ -188,3 +219,44 @@ def _of_relations(relations: Sequence[RelationResult]) -> Iterator[Clue]:
             text = f"{result.relation} ({result.scene}): {result.message or result.statement}"
             # closed forms tell more than one image does of another
             yield Clue(text, _FIRST_HITS if result.relation == "first-hits" else _RELATIONS[result.operator])
+
+
+# ---- what comparisons are like
+
+
+def _passed(comparisons: Sequence[Comparison]) -> list[Comparison]:
+    return [c for c in comparisons if c.verdict in ("pass", "known")]
+
+
+def _lit_indirect(comparison: Comparison) -> list[int]:
+    return [b.bounce for b in comparison.bounces if b.bounce > 0 and b.truth_mean > 0]
+
+
+def _indirect_fails(comparison: Comparison) -> bool:
+    return any(b.verdict == "fail" for b in comparison.bounces[1:])
+
+
+def _direct_fails(comparison: Comparison) -> bool:
+    return any(b.verdict == "fail" for b in comparison.bounces[1:2])
+
+
+def _e_fails(comparison: Comparison) -> bool:
+    return any(b.verdict == "fail" for b in comparison.bounces[:1])
+
+
+def _all_features(comparison: Comparison) -> frozenset[str]:
+    more = {
+        "things that hide others": comparison.case in _HIDDEN,
+        "an unusual size": comparison.case in _SIZED,
+        "several emitters": comparison.case in _SEVERAL,
+    }
+    return frozenset(comparison.features) | {name for name, has in more.items() if has}
+
+
+def _names(comparisons: Sequence[Comparison]) -> list[str]:
+    return [c.case for c in comparisons]
+
+
+def _some(names: Sequence[str]) -> str:
+    """The first of them, and how many more."""
+    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")

@@ -119,6 +119,9 @@ def _shift(bounces: Sequence[BounceResult]) -> int:
     for shift in (1, -1):
         pairs = [(b, bounces[k + shift]) for k, b in enumerate(bounces) if 0 <= k + shift < len(bounces)]
         pairs = [(b, other) for b, other in pairs if b.truth_mean > 0 or other.truth_mean > 0]
+        first = bounces[0]
+        if first.truth_mean > 0 and first.verdict != "fail":
+            return 0
         if len(pairs) >= 2 and all(_is_light_of(b, other) for b, other in pairs):
             return shift
     return 0

@@ -35,8 +35,8 @@ TRACER = "reference"
 BUDGET, THOROUGH_BUDGET = 6.0, 30.0
 """Seconds per case, of the quick ones and of the thorough."""
 
-LEAST_CASES = 6
-"""Cases before a diagnosis ends a row: they are about one operator each."""
+LEAST_CASES = 12
+"""Cases before a diagnosis ends a row: they have every kind of light, with what hides it and without."""
 
 
 class Row(Struct, frozen=True, kw_only=True):
