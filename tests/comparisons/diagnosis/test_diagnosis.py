@@ -1,0 +1,69 @@
+"""What is named, on made-up results; how often it is right is measured on planted faults."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from comparisons.diagnosis import diagnose, diagnoses
+from comparisons.results import Comparison, Hint
+
+Make = Callable[..., Comparison]
+TRUTH = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125]
+
+
+def off(*factors: float) -> list[float]:
+    return [t * f for t, f in zip(TRUTH, factors, strict=True)]
+
+
+def test_each_step_off_by_a_factor_is_reflection(made: Make) -> None:
+    found = diagnose([made(TRUTH, off(*(1.02**k for k in range(6))))])
+    assert found.suspect == "R"
+    assert found.sentence.startswith("R, reflection: a BSDF: bounce 1 is 2 ± 0.01 % too bright")
+
+
+def test_a_single_bounce_is_the_series(made: Make) -> None:
+    assert diagnose([made(TRUTH, off(1, 1, 1, 0.5, 1, 1))]).suspect == "series"
+
+
+def test_black_lamps_are_emission(made: Make) -> None:
+    assert diagnose([made(TRUTH, off(0, 1, 1, 1, 1, 1))]).suspect == "E"
+
+
+def test_an_image_that_was_turned_is_the_sensor(made: Make) -> None:
+    hint = Hint(kinds=["turned"], text="It fits the truth far better turned upside down: 2 % is left then.")
+    found = diagnose([made(TRUTH, TRUTH, by_tile=range(6), hints=[hint])])
+    assert found.suspect == "sensor"
+
+
+def test_the_same_factor_in_everything_may_be_two_things(made: Make) -> None:
+    """Emission or exposure: what is thin evidence is said to be, with a case that tells."""
+    found = diagnose([made(TRUTH, off(*[1.02] * 6))])
+    assert found.suspect is None
+    assert set(found.also_possible) >= {"E", "sensor"}
+    assert found.sentence.startswith("Can't tell; it may be ")
+    assert found.next_case
+
+
+def test_one_kind_of_lamp_that_is_wrong_tells_them_apart(made: Make) -> None:
+    wrong = made(TRUTH, off(*[1.02] * 6), features=["quad", "lambertian", "area"])
+    right = [
+        made(TRUTH, TRUTH, case=name, features=["quad", "lambertian", kind])
+        for name, kind in (("a", "point"), ("b", "directional"), ("c", "constant"))
+    ]
+    found = diagnose([wrong, *right])
+    assert (found.suspect, found.next_case) == ("E", "")
+
+
+def test_a_seed_that_does_nothing_is_the_sampler(made: Make) -> None:
+    message = "takes no notice of its seed: seeds 1 and 2 give the same image"
+    found = diagnose([made([], [], verdict="error", message=message)])
+    assert found.suspect == "sampler"
+
+
+def test_each_renderer_that_failed_has_its_own(made: Make) -> None:
+    results = [
+        made(TRUTH, TRUTH, renderer="right"),
+        made(TRUTH, off(0, 1, 1, 1, 1, 1), renderer="wrong"),
+        made([], [], renderer="crashed", verdict="error", message="out of memory"),
+    ]
+    assert [(d.renderer, d.suspect) for d in diagnoses(results)] == [("wrong", "E")]

@@ -1,0 +1,71 @@
+"""Rows of the matrix: a gross fault, a sound variant, and what they add up to."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from comparisons.faults import FAULTS, SOUND_VARIANTS, matrix
+from comparisons.faults.matrix import Row, Summary, row, rows, tuned_on
+from comparisons.faults.suite import QUICK, THOROUGH
+from scenes import library
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two cases instead of all."""
+    monkeypatch.setattr(matrix, "QUICK", ("furnace-sphere", "quad-over-plane"))
+    monkeypatch.setattr(matrix, "THOROUGH", ())
+
+
+def test_a_fault_is_caught_by_the_first_case_that_fails(few: None) -> None:
+    found = row("lamps-invisible")
+    assert (found.caught_by, found.verdict, found.bounce) == ("furnace-sphere", "fail", 0)
+    assert found.bias == pytest.approx(-1)
+    assert found.diagnosis is not None
+    assert (found.diagnosis.suspect, found.right) == ("E", True)
+
+
+def test_what_these_cases_do_not_show_is_not_caught_and_says_how_near_it_came(few: None) -> None:
+    found = row("spot-smooth")
+    assert (found.caught_by, found.diagnosis, found.cases) == ("", None, 2)
+    assert " bounce " in found.nearest
+    assert "detectable from" in found.nearest
+
+
+def test_a_sound_variant_is_not_failed(few: None) -> None:
+    found = row("single-precision")
+    assert (found.operator, found.caught_by, found.cases) == (None, "", 2)
+
+
+def test_rows_come_from_processes_of_their_own() -> None:
+    [found] = rows(["seed-ignored"], jobs=1)
+    assert (found.verdict, found.right) == ("error", True)
+
+
+def made(name: str, operator: str | None, caught_by: str = "", unseen: str = "") -> Row:
+    return Row(name=name, what="", operator=operator, seconds=1, cases=1, caught_by=caught_by, unseen=unseen)  # type: ignore[arg-type]
+
+
+def test_a_missed_fault_and_a_failed_variant_break_the_promise() -> None:
+    good = [made("a", "E", "case"), made("b", "G", unseen="no case has glass"), made("c", None)]
+    assert Summary.of(good, 3.0).kept
+    assert not Summary.of([*good, made("d", "R")], 3.0).kept
+    assert not Summary.of([*good, made("e", None, "case")], 3.0).kept
+
+
+def test_the_catalogue_is_as_large_as_promised_and_in_two_halves() -> None:
+    assert len(FAULTS) >= 60
+    assert {fault.operator for fault in FAULTS.values()} == {
+        *("E", "G", "R"),
+        *("series", "estimator", "sensor", "sampler"),
+    }
+    halves = Counter(map(tuned_on, FAULTS))
+    assert min(halves.values()) >= 0.4 * len(FAULTS)
+    assert not set(FAULTS) & set(SOUND_VARIANTS)
+
+
+def test_the_suite_is_of_the_library() -> None:
+    assert len({*QUICK, *THOROUGH}) == len(QUICK) + len(THOROUGH)
+    assert {*QUICK, *THOROUGH} <= set(library.CASES)
