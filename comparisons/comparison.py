@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from comparisons.crew import Crew
-from comparisons.hints import BLOCKS, hints
+from comparisons.hints import BLOCKS, hints_of_terms
 from comparisons.in_process import InProcess
 from comparisons.known import Deviation, declared
 from comparisons.metrics import partial_sum_metrics, term_metrics
@@ -241,16 +241,10 @@ class Comparing:
         )
 
     def _hints(self, mean: Array) -> list[Hint]:
-        """What the sum seems to have gone through, if the image is large enough to tell.
-
-        Where E has places and they are right, nothing has moved or blurred the image.
-        """
+        """What the sum seems to have gone through, if the image is large enough to tell."""
         if min(mean.shape[1:3]) < BLOCKS:
             return []
-        found = hints(mean.sum(axis=0), self.truth.mean)
-        if self.found[0].verdict == "fail" or np.ptp(self.truth.mean[0]) == 0:
-            return found
-        return [hint for hint in found if not {"turned", "shifted", "soft"} & set(hint.kinds)]
+        return hints_of_terms(mean, self.truth.mean, self.found[0].verdict != "fail")
 
 
 def failed(

@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 BLOCKS = 8
 _FLOOR = 0.05
+_SAME_MEAN = 0.05
+_PLATEAU = 0.01  # of all pixels: so many have the largest value if that is where it was cut
 _FAR_BETTER = 0.1  # of the misfit: a third of the deviation
 
 _TURNS: dict[str, Callable[[Array], Array]] = {
@@ -60,15 +62,43 @@ def hints(image: Array, terms: Array, counted: bool = False) -> list[Hint]:
         return []
     if not image.any():
         return [Hint(kinds=[], text="It is black everywhere: was anything rendered?")]
-    found, brightest = list[Hint](), float(truth.max())
-    if 0.999 < image.max() <= 1 and brightest > 1.05:
-        text = f"No value is above 1, but the truth reaches {brightest:.4g}: it seems to be clipped."
-        found.append(Hint(kinds=["clipped"], text=text))
-        truth = np.minimum(truth, 1)
+    found = list[Hint]()
+    if (clipped := _clipped(image, truth)) is not None:
+        found, truth = [clipped], np.minimum(truth, image.max())
     if not (found or counted) and (other := _counted(image, terms)):
         return [other]
     undone = _undone(image, truth)
     return [*undone, *found] if undone else found + _displaced(image, truth)
+
+
+def hints_of_terms(images: Array, terms: Array, right_emission: bool) -> list[Hint]:
+    """The same of an image of which every term is known, and whether its E is right.
+
+    What moves or blurs an image does so to E as well, if E has places, and keeps the mean of the sum.
+    """
+    image, truth = images.sum(axis=0), terms.sum(axis=0)
+    found = hints(image, terms)
+    stays = right_emission and np.ptp(terms[0]) > 0
+    if not stays and abs(image.mean() - truth.mean()) < _SAME_MEAN * truth.mean():
+        return found
+    return [hint for hint in found if not {"turned", "shifted", "soft"} & set(hint.kinds)]
+
+
+def _clipped(image: Array, truth: Array) -> Hint | None:
+    """Whether it was cut at 1, as codes of a screen are; or elsewhere, if many pixels have the largest value and the
+    truth, cut there, fits far better."""
+    most, brightest = float(image.max()), float(truth.max())
+    cut = np.minimum(truth, most)
+    expected, weights = _blocks(truth), _weights(_blocks(truth))
+    at_one = 0.999 < most <= 1 and brightest > 1.05
+    plateau = most < 0.95 * brightest and (image > (1 - 1e-3) * most).mean() >= _PLATEAU
+    fits = plateau and _misfit(_blocks(image), _blocks(cut), weights) <= _FAR_BETTER * _misfit(
+        _blocks(image), expected, weights
+    )
+    if not (at_one or fits):
+        return None
+    text = f"No value is above {most:.3g}, but the truth reaches {brightest:.4g}: it seems to be clipped."
+    return Hint(kinds=["clipped"], text=text)
 
 
 def _counted(image: Array, terms: Array) -> Hint | None:
@@ -191,7 +221,8 @@ def _displaced(image: Array, truth: Array) -> list[Hint]:
     if explained < 0.3:
         return []
     found = []
-    if (np.abs(fit[:2]) > np.maximum(8 * error[:2], 0.2)).any():
+    largest = np.abs(fit[:2]).max()  # of more than that a first-order expansion knows nothing
+    if largest < 1.5 and (np.abs(fit[:2]) > np.maximum(8 * error[:2], 0.2)).any():
         sides = (
             f"{abs(x):.2f} pixels {'right' if x > 0 else 'left'} and {abs(y):.2f} {'down' if y > 0 else 'up'}"
         )

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from comparisons.diagnosis.patterns import Kind, Pattern, pattern
-from comparisons.results import Comparison, Operator, RelationResult
+from comparisons.results import BounceResult, Comparison, Operator, RelationResult
 
 Weights = Mapping[Operator, float]
 
@@ -40,6 +40,9 @@ _PATTERNS: Mapping[Kind, Weights] = {
     "direct": {"R": 0.5, "G": 0.5, "estimator": 0.5, "E": 0.5},
     "irregular": {"G": 0.5, "R": 0.5, "sensor": 0.5},
 }
+
+_DARK_IN_SOME: Weights = {"R": 1, "G": 1, "estimator": 1}
+"""Where other cases have light in these bounces, they are not lost altogether."""
 
 _HINTS: Mapping[str, Weights] = {
     "turned": {"sensor": 5},
@@ -99,6 +102,7 @@ _HIDDEN = frozenset(
 _SIZED = frozenset(("furnace-tiny", "furnace-huge"))
 _SEVERAL = frozenset(("hundred-tiles", "four-points", "sphere-two-caps", "mirror-lamps"))
 _DELTA = frozenset(("point", "spot", "directional"))
+_SMOOTH = frozenset(("mirror", "conductor", "dielectric"))
 _SPECIAL = frozenset(("mirror", "conductor", "dielectric", "rough_conductor", "rough_dielectric", "blend"))
 
 
@@ -107,11 +111,13 @@ def clues(comparisons: Sequence[Comparison], relations: Sequence[RelationResult]
     patterns = [p for p in map(pattern, comparisons) if p is not None]
     return [
         *_of_errors(comparisons),
-        *_of_patterns(patterns),
+        *_of_patterns(comparisons, patterns),
         *_of_emission(comparisons, patterns),
         *_of_lights(comparisons),
         *_of_bounces(comparisons),
+        *_of_signs(comparisons),
         *_of_features(comparisons),
+        *_of_smooth_materials(comparisons),
         *_of_hints(comparisons),
         *_of_relations(relations),
     ]
@@ -127,10 +133,13 @@ def _of_errors(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
         yield Clue("different seeds give the same image", {"sampler": 8})
 
 
-def _of_patterns(patterns: Sequence[Pattern]) -> Iterator[Clue]:
+def _of_patterns(comparisons: Sequence[Comparison], patterns: Sequence[Pattern]) -> Iterator[Clue]:
     for kind in dict.fromkeys(p.kind for p in patterns):
         seen = [p for p in patterns if p.kind == kind]
-        yield Clue(f"{seen[0].text} ({_some([p.case for p in seen])})", _PATTERNS[kind])
+        weights = _PATTERNS[kind]
+        if kind == "dark from" and any(_has_light_from(c, min(p.first for p in seen)) for c in comparisons):
+            weights = _DARK_IN_SOME
+        yield Clue(f"{seen[0].text} ({_some([p.case for p in seen])})", weights)
 
 
 def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern]) -> Iterator[Clue]:
@@ -142,6 +151,10 @@ def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
             yield Clue(f"E is right wherever it is seen ({_some(failed)})", {"sensor": -2.5, "E": -0.5})
         return
     later = any(b.verdict == "fail" for c in wrong for b in c.bounces[1:])
+    whole = [c for c in lit if c not in wrong and any(_mean_fails(b) for b in c.bounces[1:])]
+    if whole and not any(h.kinds != ["scaled"] for c in whole for h in c.hints):
+        text = f"E is right where later bounces are not ({_some(_names(whole))})"
+        yield Clue(text, {"sensor": -3, "E": -1})
     weights: Weights = {
         "E": 1,
         "sensor": 1.5 if later else 0,
@@ -167,7 +180,8 @@ def _of_lights(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     if len(wrong_delta) == len(delta) and wrong_area:
         text = f"light of points and directions, where nothing is chosen, is wrong too ({_some(_names(wrong_delta))})"
         yield Clue(text, {"R": 2, "G": 1, "estimator": -2, "E": -1})
-    if wrong_area and not wrong_delta and any(_direct_fails(c) for c in wrong_area):
+    right_delta = all(c.verdict in ("pass", "known") for c in delta)
+    if right_delta and any(_direct_fails(c) for c in wrong_area):
         text = f"light of lamps with an extent is wrong, that of points and directions right ({_some(_names(delta))})"
         yield Clue(text, {"estimator": 2, "R": -2, "E": 0.5})
     sphere = next((c for c in comparisons if c.case == "furnace-sphere"), None)
@@ -188,6 +202,19 @@ def _of_bounces(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
         yield Clue(text, {"series": 2.5, "sampler": 1.5, "R": 0.5})
 
 
+def _of_signs(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
+    """Too bright here and too dark there, by the same kinds of light: numbers that are not what they should be."""
+    direct = [c.bounces[1] for c in comparisons if c.verdict == "fail" and len(_lit_indirect(c)) == 1]
+    wrong = [b for b in direct if _mean_fails(b)]
+    bright, dark = ([b for b in wrong if sign * b.bias > 0] for sign in (1, -1))
+    kinds = {f for c in comparisons if _direct_fails(c) for f in c.features}
+    if len(bright) >= 2 and len(dark) >= 2 and {"area", "constant"} <= kinds:
+        text = f"direct light is too bright in {len(bright)} cases and too dark in {len(dark)}, of lamps and skies"
+        delta = [c for c in comparisons if _DELTA & set(c.features)]
+        nothing_drawn = delta and all(c.verdict in ("pass", "known") for c in delta)
+        yield Clue(text, {"sampler": 4} if nothing_drawn else {"sampler": 1.5, "R": 1})
+
+
 def _of_features(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """What all failed scenes have and no other one has."""
     failed = [_all_features(c) for c in comparisons if c.verdict == "fail"]
@@ -200,6 +227,15 @@ def _of_features(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
             yield Clue(
                 f"only scenes with {feature} fail ({len(failed)} of {len(failed) + len(passed)})", weights
             )
+
+
+def _of_smooth_materials(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
+    """Several materials that have a single direction in common, which no other strategy finds."""
+    failed = [set(c.features) for c in comparisons if _indirect_fails(c)]
+    kinds = {kind for features in failed for kind in _SMOOTH & features}
+    if len(kinds) >= 2 and all(_SMOOTH & features for features in failed):
+        text = f"{', '.join(sorted(kinds))} fail alike, all of which reflect into single directions"
+        yield Clue(text, {"estimator": 3.5, "G": 0.5, "R": 0.5})
 
 
 def _of_hints(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
@@ -228,6 +264,10 @@ def _passed(comparisons: Sequence[Comparison]) -> list[Comparison]:
     return [c for c in comparisons if c.verdict in ("pass", "known")]
 
 
+def _has_light_from(comparison: Comparison, first: int) -> bool:
+    return any(b.mean > 0.5 * b.truth_mean > 0 for b in comparison.bounces if b.bounce >= first)
+
+
 def _lit_indirect(comparison: Comparison) -> list[int]:
     return [b.bounce for b in comparison.bounces if b.bounce > 0 and b.truth_mean > 0]
 
@@ -242,6 +282,10 @@ def _direct_fails(comparison: Comparison) -> bool:
 
 def _e_fails(comparison: Comparison) -> bool:
     return any(b.verdict == "fail" for b in comparison.bounces[:1])
+
+
+def _mean_fails(bounce: BounceResult) -> bool:
+    return bounce.verdict == "fail" and bounce.decided_by == "image"
 
 
 def _all_features(comparison: Comparison) -> frozenset[str]:
