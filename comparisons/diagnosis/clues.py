@@ -51,14 +51,15 @@ _HINTS: Mapping[str, Weights] = {
     "clipped": {"sensor": 4},
     "shifted": {"sensor": 4},
     "soft": {"sensor": 4},
-    "bounces": {"series": 2},
+    "bounces": {"series": 0.5},
     "scaled": {},
 }
 
 _MATERIAL: Weights = {"R": 4.0}
 _DELTA_LIGHT: Weights = {"E": 4.0}
 _ENVIRONMENT: Weights = {"E": 3.0, "G": 1.0}
-_SHAPE: Weights = {"G": 2.0, "estimator": 2.0, "E": 1.0}
+_SCALED_SHAPE: Weights = {"E": 4.0, "G": 1.5, "estimator": 1.5}  # its area, mostly: what it emits
+_ROUND_SHAPE: Weights = {"estimator": 2.5, "G": 2.0}
 _FEATURES: Mapping[str, Weights] = {
     "mirror": _MATERIAL,
     "conductor": _MATERIAL,
@@ -72,10 +73,10 @@ _FEATURES: Mapping[str, Weights] = {
     "constant": _ENVIRONMENT,
     "environment_map": _ENVIRONMENT,
     "spherical_harmonics": _ENVIRONMENT,
-    "sphere": _SHAPE,
-    "disk": _SHAPE,
-    "ellipsoid": _SHAPE,
-    "inward": _SHAPE,
+    "sphere": _ROUND_SHAPE,
+    "disk": _SCALED_SHAPE,
+    "ellipsoid": _SCALED_SHAPE,
+    "inward": _ROUND_SHAPE,
     "mesh": {"G": 3.0},
     "shading normals": {"G": 3.0},
     "polar_range": {"E": 2.0, "estimator": 1.0},
@@ -137,8 +138,9 @@ def _of_patterns(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
     for kind in dict.fromkeys(p.kind for p in patterns):
         seen = [p for p in patterns if p.kind == kind]
         weights = _PATTERNS[kind]
-        if kind == "dark from" and any(_has_light_from(c, min(p.first for p in seen)) for c in comparisons):
-            weights = _DARK_IN_SOME
+        if kind == "dark from":
+            lost = [p for p in seen if not any(_has_light_from(c, p.first) for c in comparisons)]
+            seen, weights = (lost, weights) if lost else (seen, _DARK_IN_SOME)
         yield Clue(f"{seen[0].text} ({_some([p.case for p in seen])})", weights)
 
 
@@ -164,9 +166,11 @@ def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
         "G": 0.5,
     }
     yield Clue(f"E is wrong ({_some([c.case for c in wrong])})", weights)
-    if any(p.kind == "same factor" for p in patterns) and (passed := _passed(comparisons)):
-        text = f"the factor is not everybody's: {_some([c.case for c in passed])} passed"
-        yield Clue(text, {"E": 2, "sensor": -1.5})
+    same, passed = [p.case for p in patterns if p.kind == "same factor"], _passed(comparisons)
+    if same and len(passed) >= 0.2 * len(comparisons):
+        yield Clue(f"the factor is not everybody's: {_some(_names(passed))} passed", {"E": 2, "sensor": -1.5})
+    elif same and len(comparisons) >= 5:
+        yield Clue(f"whatever emits, and whatever reflects, is wrong ({_some(same)})", {"sensor": 2})
 
 
 def _of_lights(comparisons: Sequence[Comparison]) -> Iterator[Clue]:

@@ -38,6 +38,9 @@ BUDGET, THOROUGH_BUDGET = 6.0, 30.0
 LEAST_CASES = 12
 """Cases before a diagnosis ends a row: they have every kind of light, with what hides it and without."""
 
+CASES_AFTER = 4
+"""Further ones after the first that fails: one failure alone looks like whatever that case is about."""
+
 
 class Row(Struct, frozen=True, kw_only=True):
     """What became of one fault, or of one sound variant.
@@ -242,8 +245,9 @@ def _first_hits(renderer: Renderer, seed: int) -> list[RelationResult]:
 
 
 def _clear(found: Seen) -> bool:
-    """Whether no further case would change what is said of it."""
-    if len(found.comparisons) < LEAST_CASES or _caught(found) is None:
+    """Whether further cases would hardly change what is said of it."""
+    first = _caught(found)
+    if first is None or len(found.comparisons) < max(LEAST_CASES, first + 1 + CASES_AFTER):
         return False
     return diagnose(found.comparisons, found.relations).suspect is not None
 
