@@ -32,7 +32,7 @@ from comparisons.settings import Settings
 TRACER = "reference"
 """What faults are planted in."""
 
-BUDGET, THOROUGH_BUDGET = 6.0, 30.0
+BUDGET, THOROUGH_BUDGET = 6.0, 15.0
 """Seconds per case, of the quick ones and of the thorough."""
 
 LEAST_CASES = 12

@@ -40,17 +40,24 @@ QUICK = (
     "cie-171-panel",
 )
 THOROUGH = (
-    "furnace-bright",
-    "furnace-mesh",
+    "ellipsoid-over-plane",
+    "blend-sun",
+    "blend-sky",
+    "rough-glass-sun",
+    "point-in-sphere",
+    "harmonics-on-sphere",
+    "furnace-cornell",
     "furnace-huge",
-    "block-over-plane",
-    "four-points",
-    "sphere-zones",
-    "dome-on-mirror",
     "furnace-blend",
-    "wall-by-reflection",
-    "cornell-box",
+    "furnace-mesh",
+    "cie-171-opening",
+    "cie-171-glass",
+    "sphere-zones",
+    "wall-behind-a-shelf",
+    "constant-radiance-blend",
+    "four-points",
     "glass-ball",
+    "cornell-box",
 )
 
 
