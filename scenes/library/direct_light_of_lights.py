@@ -124,8 +124,8 @@ def disk_shadow() -> Case:
 {_POINT} A point of the floor is lit unless the segment to the light meets the disk. With a, b the coordinates on the
 disk of where the line meets its plane, in units of its radii, that is where a² + b² < 1. Seen from the camera these
 rays d are an elliptic cone dᵀQd > 0: light, disk and floor are related by projections, which take conics to conics.
-The mean of a pixel is a quadrature in pieces that end at the rim of the cone. The disk shows the floor its back, which
-casts the shadow that its front would.""",
+The mean of a pixel is a quadrature in pieces that end at the rim of the cone. The disk turns its back to the floor,
+and casts the shadow that its front would.""",
         f"{_LAMBERT}; the rest is projective geometry",
         blind_to="half shadows, and indirect light",
         others=(Surface("disk", disk, BLACK),),

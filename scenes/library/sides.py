@@ -85,7 +85,7 @@ E = 0, T²E = 0.""",
 
 
 def _sheet(scene: Scene, bounces: int) -> Images:
-    """TE: (ρ/π) E max(ns·l, 0) by every light before the sheet, averaged from column to column."""
+    """TE: (ρ/π) E max(ns·wi, 0) by every light before the sheet, averaged from column to column."""
     sheet, sensor = scene.surfaces[0], scene.sensor
     assert isinstance(sheet.shape, Mesh)
     assert isinstance(sheet.material, Lambertian)
@@ -95,10 +95,10 @@ def _sheet(scene: Scene, bounces: int) -> Images:
     images = np.zeros((bounces + 1, *scene.shape))
     for light in scene.lights if bounces else ():
         assert isinstance(light, DirectionalLight)
-        l = -np.array(light.direction)
-        if l[1] > 0:  # before the geometric normal, +y
+        wi = -np.array(light.direction)
+        if wi[1] > 0:  # before the geometric normal, +y
             ends = pixels.columns + x[0]
-            cosines = np.array([_integral_of_cosine(a, b, x, normals, l) for a, b in pairwise(ends)])
+            cosines = np.array([_integral_of_cosine(a, b, x, normals, wi) for a, b in pairwise(ends)])
             share = np.outer(np.abs(np.diff(pixels.rows)), cosines) / pixels.area
             images[1] += share[..., None] * np.array(sheet.material.albedo) / np.pi * light.irradiance
     return images
@@ -112,25 +112,25 @@ def _strips(mesh: Mesh) -> tuple[Array, float, float, Array]:
     return x, float(vertices[:, 2].min()), float(vertices[:, 2].max()), normals[first]
 
 
-def _integral_of_cosine(low: float, high: float, x: Array, normals: Array, l: Array) -> float:
-    """∫ max(ns·l, 0) dx from low to high, normals at the ``x`` interpolated and normalised."""
+def _integral_of_cosine(low: float, high: float, x: Array, normals: Array, wi: Array) -> float:
+    """∫ max(ns·wi, 0) dx from low to high, normals at the ``x`` interpolated and normalised."""
     total = 0.0
     for (start, end), (m, n) in zip(pairwise(x), pairwise(normals), strict=True):
         slope = (n - m) / (end - start)
         ends = np.clip([low, high], start, end) - start
-        zero = -(l @ m) / (l @ slope) if l @ slope else np.inf
+        zero = -(wi @ m) / (wi @ slope) if wi @ slope else np.inf
         for a, b in pairwise(np.sort([*ends, np.clip(zero, *ends)])):
-            if l @ (m + slope * (a + b) / 2) > 0:
-                total += _antiderivative(b, m, slope, l) - _antiderivative(a, m, slope, l)
+            if wi @ (m + slope * (a + b) / 2) > 0:
+                total += _antiderivative(b, m, slope, wi) - _antiderivative(a, m, slope, wi)
     return total
 
 
-def _antiderivative(t: float, m: Array, slope: Array, l: Array) -> float:
-    """Of (m + t·slope)·l / |m + t·slope|, for a slope that is not along m."""
+def _antiderivative(t: float, m: Array, slope: Array, wi: Array) -> float:
+    """Of (m + t·slope)·wi / |m + t·slope|, for a slope that is not along m."""
     square, product = slope @ slope, slope @ m
     root = np.sqrt(square * (m @ m) - product**2)
     along = np.arcsinh((square * t + product) / root) / np.sqrt(square)
-    return float((l @ slope) / square * (np.linalg.norm(m + t * slope) - product * along) + (l @ m) * along)
+    return float((wi @ slope) / square * (np.linalg.norm(m + t * slope) - product * along) + (wi @ m) * along)
 
 
 _X = (-1.7, -0.7, 0.1, 0.8, 1.8)
@@ -144,18 +144,23 @@ the vertices and normalised. Which side light and viewer are on is said by the g
 normals disagree about it nothing is reflected."""
 
 _LINEAR = """\
-The normals are the same at both ends of each strip's border, so that they change along x alone, as n = m + t s between
-two borders. In parallel light of irradiance E from l, TE = (ρ/π) E max(n·l, 0) / |n|. Along a pixel it has an
-antiderivative: with A = |s|², B = s·m, C = |m|² and g(t) = asinh((At + B) / √(AC − B²)) / √A it is
-((l·s)/A) (|n| − B g) + (l·m) g, taken between the borders of strips, the sides of the pixel and the zero of n·l."""
+The sheet is flat, in strips. The normals are the same at both ends of a border between two strips, so that they
+change along x alone, as n = m + t s. In parallel light of irradiance E from wi, TE = (ρ/π) E max(n·wi, 0) / |n|.
+Along a pixel it has an antiderivative: with A = |s|², B = s·m, C = |m|², g(t) = asinh((At + B) / √(AC − B²)) / √A it
+is (s·wi / A) (|n| − B g) + (m·wi) g, taken between the borders of strips, the sides of the pixel and the zero of
+n·wi."""
 
-_FLAT = "The sheet is flat, so no part of it sees another: E = 0, T²E = 0."
+_FLAT = "No part of a flat sheet sees another: E = 0, T²E = 0."
 
 
-def _sheet_case(name: str, title: str, lights: tuple[DirectionalLight, ...], more: str, blind_to: str) -> Case:
+def _sheet_case(
+    name: str, title: str, lights: tuple[DirectionalLight, ...], more: str, blind_to: str
+) -> Case:
     vertices = tuple((x, 0.0, z) for x in _X for z in (-1.9, 1.9))
     triangles = tuple(
-        triangle for k in range(0, 2 * len(_X) - 2, 2) for triangle in ((k, k + 1, k + 2), (k + 1, k + 3, k + 2))
+        triangle
+        for k in range(0, 2 * len(_X) - 2, 2)
+        for triangle in ((k, k + 1, k + 2), (k + 1, k + 3, k + 2))
     )
     normals = tuple(n for n in _NORMALS for _ in range(2))
     sheet = Surface("sheet", Mesh(vertices, triangles, normals), Lambertian((0.8, 0.5, 0.3)))
@@ -170,8 +175,8 @@ def _sheet_case(name: str, title: str, lights: tuple[DirectionalLight, ...], mor
         ),
         answer=Formula(
             _sheet,
-            "Phong 1975, Illumination for Computer Generated Pictures (the interpolation); Veach 1997, Robust Monte Carlo "
-            "Methods for Light Transport Simulation, section 5.3 (which normal says what)",
+            "Phong 1975, Illumination for Computer Generated Pictures (the interpolation); Veach 1997, §5.3 (which "
+            "normal says what)",
         ),
         bounces=2,
         tolerance=TOLERANCE,
@@ -184,7 +189,7 @@ def shading_normals() -> Case:
     """Parallel light from before the sheet, whose normals in part turn away from it."""
     return _sheet_case(
         "shading-normals",
-        "A flat sheet with shading normals in parallel light: (ρ/π) E max(ns·l, 0)",
+        "A flat sheet with shading normals in parallel light: (ρ/π) E max(ns·wi, 0)",
         (_SUN,),
         "On the left the shading normals turn away from the light, and the sheet is black.",
         "light from behind the sheet, which is shading-normals-from-behind; viewers that the normals disagree about",
@@ -199,7 +204,7 @@ def shading_normals_from_behind() -> Case:
         (_SUN, _SUN_BELOW),
         """\
 On the left the shading normals turn away from this light, and the sheet is black. A second light comes from behind
-the sheet, and there they lean to it, n·l > 0. It gives nothing, and all is as in shading-normals.""",
+the sheet, and there they lean to it, n·wi > 0. It gives nothing, and all is as in shading-normals.""",
         "viewers that the two normals disagree about",
     )
 
