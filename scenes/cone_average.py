@@ -1,9 +1,9 @@
-"""The average over each pixel of a radiance that bends sharply at a cone of rays, as at the critical angle.
+"""The average over each pixel of a radiance that bends or jumps at a cone of rays: a critical angle, a shadow's rim.
 
-Inside the cone dᵀQd > 0 the radiance may depend on √(dᵀQd), as Fresnel's equations and a refracted direction do; at
-the rim it is continuous. In a row of the image the inside is a segment [l, r], where dᵀQd is a smooth factor times
-(x − l)(r − x): with x = l + (r − l) sin² φ the root is smooth in φ. The integral along a row has kinks of order 3/2
-where the rim crosses a side of the pixel; between two of them y goes by sin², too. So Gauss's quadrature converges in
+Inside the cone dᵀQd > 0 the radiance may depend on √(dᵀQd), as Fresnel's equations and a refracted direction do. In
+a row of the image the inside is a segment [l, r], where dᵀQd is a smooth factor times (x − l)(r − x): with
+x = l + (r − l) sin² φ the root is smooth in φ. The integral along a row has kinks where the rim crosses a side of the
+pixel, and roots at its top and bottom; between two of them y goes by sin², too. So Gauss's quadrature converges in
 both, however the rim lies. Pixels away from the rim are left to ``pixel_average``.
 """
 
@@ -31,7 +31,7 @@ def average_across_cone(sensor: Pinhole, radiance: Radiance, cone: Array, axis: 
 
     Args:
         sensor: the cone must meet its image plane in an ellipse.
-        radiance: as of ``pixel_average``; continuous across the rim, outside smooth, inside in √(dᵀQd) as well.
+        radiance: as of ``pixel_average``; smooth outside of the rim, and inside in √(dᵀQd) as well.
         cone: Q, symmetric ``(3, 3)``, world coordinates.
         axis: a direction inside the nappe that is meant, ``(3,)``.
 

@@ -96,7 +96,14 @@ _RELATIONS: Mapping[str, Weights] = {
 }
 
 _HIDDEN = frozenset(
-    ("screened-lamp", "lamp-over-a-wall", "block-over-plane", "wall-behind-a-shelf", "around-the-corner")
+    (
+        "screened-lamp",
+        "disk-shadow",
+        "lamp-over-a-wall",
+        "block-over-plane",
+        "wall-behind-a-shelf",
+        "around-the-corner",
+    )
 )
 """Cases about one thing that hides another."""
 

@@ -93,6 +93,15 @@ def _area_by_the_scale(init: Method) -> Method:
     return made
 
 
+def _area_of_one_radius(init: Method) -> Method:
+    def made(self: FlatEmitter, surface: Surface, primitive: int, shape: Any) -> None:
+        init(self, surface, primitive, shape)
+        if isinstance(shape, Disk):
+            self.area = np.pi * float(np.dot(shape.axis_u, shape.axis_u))
+
+    return made
+
+
 def _sample_of_the_unit_sphere(sample: Method) -> Method:
     def sampled(self: EllipsoidEmitter, reference: Any, u: Array) -> Any:
         made = sample(self, reference, u)
@@ -273,6 +282,12 @@ FAULTS: tuple[Fault, ...] = (
         operator="E",
         what="the area of a disk that was scaled by r is π r",
         plant=in_tracer(Replacement(FlatEmitter, "__init__", _area_by_the_scale)),
+    ),
+    Fault(
+        name="disk-area-of-one-radius",
+        operator="E",
+        what="the area of a disk is that of a circle, whose radius is the first of its axes",
+        plant=in_tracer(Replacement(FlatEmitter, "__init__", _area_of_one_radius)),
     ),
     Fault(
         name="ellipsoid-density-before-scaling",

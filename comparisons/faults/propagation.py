@@ -21,7 +21,7 @@ from reference_tracer.shapes.coordinates import Coordinates
 from reference_tracer.shapes.hierarchy import Hierarchy
 from reference_tracer.shapes.intersection import Ellipsoids, keep_nearer
 from reference_tracer.vectors import dot, unit
-from scenes import Mesh, Quad, Sphere
+from scenes import Disk, Mesh, Quad, Sphere
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -300,7 +300,6 @@ FAULTS: tuple[Fault, ...] = (
         operator="G",
         what="the interpolated normal of a mesh says which side a direction is on",
         plant=in_tracer(Replacement(Coordinates, "points", _interpolated)),
-        unseen="no case of the library has a mesh with interpolated normals",
         happened=("https://github.com/Unity-Technologies/Graphics/pull/2692",),
     ),
     Fault(
@@ -348,6 +347,12 @@ FAULTS: tuple[Fault, ...] = (
         operator="G",
         what="shadow rays pass through spheres",
         plant=_occluding(_but(Sphere)),
+    ),
+    Fault(
+        name="disks-cast-no-shadow",
+        operator="G",
+        what="shadow rays pass through disks",
+        plant=_occluding(_but(Disk)),
     ),
     Fault(
         name="quads-cast-no-shadow",

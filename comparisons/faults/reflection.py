@@ -235,7 +235,6 @@ FAULTS: tuple[Fault, ...] = (
         operator="R",
         what="one-sided surfaces reflect on both sides",
         plant=in_tracer(Replacement(Coordinates, "__init__", _both_sides)),
-        unseen="no case of the library shows the back of a surface that is lit from there",
     ),
     Fault(
         name="mirror-reflectance-twice",

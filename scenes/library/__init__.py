@@ -21,6 +21,7 @@ from scenes.library import (
     no_closed_form,
     point_in_sphere,
     rectangles,
+    sides,
     spectral,
     specular,
 )
@@ -35,6 +36,7 @@ FAMILIES = (
     direct_light,
     direct_light_of_lights,
     rectangles,
+    sides,
     cie_171,
     mirrors,
     specular,

@@ -295,6 +295,13 @@ def moved_disk() -> Case:
     return direct_case("moved-disk", title, surfaces, _CONE, _NUSSELT, sensor=view(fov=14.0))
 
 
+def elliptical_disk_over_plane() -> Case:
+    """An ellipse that no radius describes: its axes differ, and are not orthogonal."""
+    disk = Disk((-0.7, 1.4, -0.4), (0.9, 0.1, -0.2), (0.3, -0.15, 0.4))
+    title = "An ellipse as a lamp, by conjugate radii"
+    return direct_case("elliptical-disk-over-plane", title, (floor(), _lamp(disk)), _CONE, _NUSSELT)
+
+
 def ellipsoid_over_plane() -> Case:
     """A sphere stretched by three factors, and turned."""
     affine = (
@@ -369,6 +376,7 @@ CASES: Mapping[str, Callable[[], Case]] = {
     "sphere-over-plane": sphere_over_plane,
     "disk-over-plane": disk_over_plane,
     "moved-disk": moved_disk,
+    "elliptical-disk-over-plane": elliptical_disk_over_plane,
     "ellipsoid-over-plane": ellipsoid_over_plane,
     "block-over-plane": block_over_plane,
     "screened-lamp": screened_lamp,

@@ -10,11 +10,14 @@ import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.affine import Affine
-from scenes.case import Case
+from scenes.case import Case, Images
+from scenes.cone_average import average_across_cone
 from scenes.images import Image
-from scenes.library.direct_light import direct_case, floor, view
+from scenes.irradiance_of_lights import irradiance_by_light
+from scenes.library.direct_light import BLACK, direct_case, direct_light, floor, hit, view
 from scenes.lights import (
     DirectionalLight,
     EnvironmentMap,
@@ -24,9 +27,12 @@ from scenes.lights import (
     SpotLight,
 )
 from scenes.materials import Lambertian
+from scenes.scene import Scene
 from scenes.sensor import Pinhole
-from scenes.shapes import Sphere
+from scenes.shapes import Disk, Quad, Sphere
 from scenes.surfaces import Surface
+
+Array = NDArray[np.float64]
 
 _LAMBERT = "Lambert 1760, Photometria: the inverse square law and the cosine law"
 _POINT = "A point of intensity I at distance d gives the irradiance I cos θ / d²."
@@ -43,16 +49,20 @@ def _case(
     derivation: str,
     source: str,
     blind_to: str = _BLIND_TO,
+    *,
+    others: tuple[Surface, ...] = (),
+    evaluate: Callable[[Scene, int], Images] = direct_light,
 ) -> Case:
     return direct_case(
         name,
         title,
-        (receiver,),
+        (receiver, *others),
         derivation,
         source,
         family="direct_light_of_lights",
         sensor=sensor,
         lights=lights,
+        evaluate=evaluate,
         blind_to=blind_to,
     )
 
@@ -62,6 +72,65 @@ def point_over_plane() -> Case:
     light = PointLight((-0.5, 1.1, -0.4), (5.0, 8.0, 12.0))
     title = "A point over a floor: I cos θ / d²"
     return _case("point-over-plane", title, floor(), (light,), view(fov=24.0), _POINT, _LAMBERT)
+
+
+def _shadow_of_a_disk(scene: Scene, bounces: int) -> Images:
+    """The point's light outside the shadow, 0 inside; each pixel's average across its rim."""
+    receiver, disk = scene.surfaces
+    [light], sensor = scene.lights, scene.sensor
+    assert isinstance(light, PointLight)
+    assert isinstance(sensor, Pinhole)
+    assert isinstance(receiver.shape, Quad)
+    assert isinstance(receiver.material, Lambertian)
+    assert isinstance(disk.shape, Disk)
+    albedo = np.reshape(np.array(receiver.material.albedo), (3, 1))
+    cone, axis = _cone_of_the_shadow(np.array(light.position), disk.shape, receiver.shape, sensor)
+
+    def radiance(o: Array, d: Array) -> Array:
+        x, n = hit(receiver.shape, o, d)
+        lit = (d * (cone @ d)).sum(axis=0) < 0
+        image: Array = albedo / np.pi * irradiance_by_light(light, x, n) * lit
+        return image
+
+    images = np.zeros((bounces + 1, *scene.shape))
+    if bounces:
+        images[1] = average_across_cone(sensor, radiance, cone, axis)
+    return images
+
+
+def _cone_of_the_shadow(p: Array, disk: Disk, floor: Quad, sensor: Pinhole) -> tuple[Array, Array]:
+    """The cone Q of rays of the camera, dᵀQd > 0, that meet a disk's shadow by a point, and a direction inside."""
+    o, c, m = np.array(sensor.origin), np.array(disk.center), floor.normal
+    height = m @ (np.array(floor.corner) - o)
+    to_disk = np.linalg.inv(np.stack([disk.axis_u, disk.axis_v, disk.normal], axis=1))
+    # x − p = Wd / m·d for the point x of the floor, and p + t (x − p) is in the disk's plane where (a, b, 0) is
+    W = to_disk @ (np.outer(o - p, m) + height * np.eye(3))
+    g = to_disk @ (p - c)
+    a, b = g[0] * W[2] - g[2] * W[0], g[1] * W[2] - g[2] * W[1]
+    middle = p + (c - p) * (m @ (np.array(floor.corner) - p)) / (m @ (c - p))
+    return np.outer(W[2], W[2]) - np.outer(a, a) - np.outer(b, b), middle - o
+
+
+def disk_shadow() -> Case:
+    """A point, and a black disk that stands in its light."""
+    disk = Disk((-0.24, 0.75, -0.15), (0.1, 0.05, 0.1), (0.05, 0.1, -0.1))
+    return _case(
+        "disk-shadow",
+        "The shadow of a disk in the light of a point: I cos θ / d² outside of an ellipse",
+        floor(),
+        (PointLight((-0.8, 1.5, -0.5), (9.0, 6.0, 12.0)),),
+        view(),
+        f"""\
+{_POINT} A point of the floor is lit unless the segment to the light meets the disk. With a, b the coordinates on the
+disk of where the line meets its plane, in units of its radii, that is where a² + b² < 1. Seen from the camera these
+rays d are an elliptic cone dᵀQd > 0: light, disk and floor are related by projections, which take conics to conics.
+The mean of a pixel is a quadrature in pieces that end at the rim of the cone. The disk turns its back to the floor,
+and casts the shadow that its front would.""",
+        f"{_LAMBERT}; the rest is projective geometry",
+        blind_to="half shadows, and indirect light",
+        others=(Surface("disk", disk, BLACK),),
+        evaluate=_shadow_of_a_disk,
+    )
 
 
 def four_points() -> Case:
@@ -173,6 +242,7 @@ environment is positive everywhere, and no part of a ball hides it from the half
 
 CASES: Mapping[str, Callable[[], Case]] = {
     "point-over-plane": point_over_plane,
+    "disk-shadow": disk_shadow,
     "four-points": four_points,
     "spot-falloff": spot_falloff,
     "spot-beam": spot_beam,

@@ -21,6 +21,7 @@ CASES = {
     "lamp-profile-ignored": ("constant-radiance-mirror", [0, 1, 2, 3]),
     "disk-area-before-scaling": ("moved-disk", [1]),
     "disk-area-by-the-scale": ("moved-disk", [1]),
+    "disk-area-of-one-radius": ("elliptical-disk-over-plane", [1]),
     "ellipsoid-density-before-scaling": ("ellipsoid-over-plane", [1]),
     "environment-half-texel-off": ("bright-texel", [1]),
     "environment-mirrored": ("snells-window", [1]),

@@ -8,7 +8,7 @@ import pytest
 
 from comparisons.faults import Fault
 from comparisons.faults.reflection import FAULTS
-from scenes import DirectionalLight, Lambertian, Pinhole, Quad, Scene, Surface, library
+from scenes import library
 
 CASES = {
     "lambertian-without-pi": ("furnace-box", [1, 2, 3]),
@@ -25,6 +25,7 @@ CASES = {
     "late-reflections-low": ("furnace-box", [3]),
     "texture-upside-down": ("sphere-zones", [1, 2, 3]),
     "texture-blurred": ("sphere-zones", [1, 2, 3]),
+    "surfaces-reflect-behind": ("lit-from-behind", [1]),
     "mirror-reflectance-twice": ("two-mirrors", [1, 2, 3]),
     "blend-weights-swapped": ("blend-sky", [1]),
     "blend-density-of-one-lobe": ("furnace-blend", [1, 2, 3]),
@@ -59,16 +60,3 @@ def test_changes_what_it_says(fault: Fault, changed: Callable[..., list[int]]) -
     name, bounces = CASES[fault.name]
     case = library.case(name)
     assert changed(fault, case.scene.resized(8, 8), min(case.bounces, 3)) == bounces
-
-
-def test_backs_reflect(changed: Callable[..., list[int]]) -> None:
-    """A floor, seen and lit from below."""
-    [fault] = [fault for fault in FAULTS if fault.name == "surfaces-reflect-behind"]
-    scene = Scene(
-        (Surface("floor", Quad((-9.0, -9.0, 0.0), (18.0, 0.0, 0.0), (0.0, 18.0, 0.0)), Lambertian((0.5,))),),
-        Pinhole(
-            origin=(0.0, 0.0, -2.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fov=30.0, width=4, height=4
-        ),
-        (DirectionalLight((0.0, 0.0, 1.0), (1.0,)),),
-    )
-    assert changed(fault, scene, 1) == [1]

@@ -144,6 +144,7 @@ LIBRARY = {
     for name in library.CASES
 }
 BEYOND_MITSUBA = (
+    "elliptical-disk-over-plane",
     "ellipsoid-over-plane",
     "harmonics-on-sphere",
     "cornell-box-spectral",

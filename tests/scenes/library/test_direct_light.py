@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -30,12 +31,25 @@ BY_REFLECTION, camera_rays, distances = (
 
 NAMES = [*direct_light.CASES, *direct_light_of_lights.CASES, *rectangles.CASES]
 NAMES += ["cie-171-point", "cie-171-small-lamp"]
-OBSTRUCTED = ("screened-lamp", "lamp-over-a-wall", "wall-behind-a-shelf")
+OBSTRUCTED = ("screened-lamp", "lamp-over-a-wall", "wall-behind-a-shelf", "disk-shadow")
 SIZE = 32
+RIM = [
+    (2, 3),
+    (11, 14),
+    (12, 10),
+    (15, 9),
+    (18, 11),
+    (20, 14),
+    (22, 19),
+    (22, 25),
+    (17, 27),
+    (13, 20),
+    (17, 20),
+]
 PIXELS = [(2, 3), (13, 26), (23, 8)]  # row, column
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name != "hundred-tiles"])
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in ("hundred-tiles", "disk-shadow")])
 def test_pixels_by_brute_force(name: str) -> None:
     found = case(name)
     scene, bounce = found.scene.resized(SIZE, SIZE), 2 if name in BY_REFLECTION else 1
@@ -46,6 +60,45 @@ def test_pixels_by_brute_force(name: str) -> None:
     for row, column in PIXELS:
         expected = brute_force.pixel_by_brute_force(found, scene, (row, column), 3)
         np.testing.assert_allclose(truth.mean[bounce, row, column], expected, rtol=1e-6)
+
+
+def test_pixels_across_the_rim_of_a_shadow() -> None:
+    """Lines through a pixel, cut by bisection where the disk begins or ends to hide the light."""
+    found = case("disk-shadow")
+    scene = found.scene.resized(SIZE, SIZE)
+    (floor, disk), [light] = scene.surfaces, scene.lights
+    image = found.answer.truth(scene, 1).mean[1]
+
+    def at(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Irradiance were there no disk, and whether it is in the way."""
+        o, d = camera_rays(scene.sensor, x, y)
+        points = o + distances(floor.shape, o, d)[:, None] * d
+        away = np.array(light.position) - points
+        return away[:, 1] / np.linalg.norm(away, axis=1) ** 3, distances(disk.shape, points, away) > 1
+
+    def along(column: int, y: np.ndarray) -> np.ndarray:
+        """Integrals over the width of the pixel; the rim crosses none of its eighths twice."""
+        total, grid = np.zeros_like(y), column + np.linspace(0, 1, 9)
+        for a, b in pairwise(grid):
+            start, end = at(np.full_like(y, a), y)[1], at(np.full_like(y, b), y)[1]
+            low, high = np.full_like(y, a), np.full_like(y, b)
+            for _ in range(45):
+                middle = (low + high) / 2
+                same = at(middle, y)[1] == start
+                low, high = np.where(same, middle, low), np.where(same, high, middle)
+            for left, right, lit in ((a, low, start), (low, b, end)):
+                for x, weight in zip(*brute_force.gauss(4), strict=True):
+                    total += lit * weight * (right - left) * at(left + (right - left) * x, y)[0]
+        return total
+
+    count, crossed = 2000, 0
+    for row, column in RIM:
+        y = row + (np.arange(count) + 0.5) / count
+        expected = along(column, y).mean() * np.array(floor.material.albedo) * light.intensity / np.pi
+        np.testing.assert_allclose(image[row, column], expected, rtol=1e-5, atol=1e-6 * image.max())
+        _, lit = at(column + np.array([0.01, 0.99, 0.01, 0.99]), row + np.array([0.01, 0.01, 0.99, 0.99]))
+        crossed += len(set(lit.tolist())) == 2
+    assert crossed >= 4
 
 
 def test_a_hundred_tiles_are_one_lamp() -> None:
