@@ -40,6 +40,10 @@ QUICK = (
     "cie-171-panel",
 )
 THOROUGH = (
+    "lit-from-behind",
+    "shading-normals-from-behind",
+    "disk-shadow",
+    "elliptical-disk-over-plane",
     "ellipsoid-over-plane",
     "blend-sun",
     "blend-sky",
