@@ -41,7 +41,7 @@ _PATTERNS: Mapping[Kind, Weights] = {
     "irregular": {"G": 0.5, "R": 0.5, "sensor": 0.5},
 }
 
-_DARK_IN_SOME: Weights = {"R": 1, "G": 1, "estimator": 1}
+_DARK_IN_SOME: Weights = {"R": 0.5, "G": 0.5, "estimator": 0.5, "E": 0.5}
 """Where other cases have light in these bounces, they are not lost altogether."""
 
 _HINTS: Mapping[str, Weights] = {
@@ -57,7 +57,7 @@ _HINTS: Mapping[str, Weights] = {
 
 _MATERIAL: Weights = {"R": 4.0}
 _DELTA_LIGHT: Weights = {"E": 4.0}
-_ENVIRONMENT: Weights = {"E": 3.0, "G": 1.0}
+_ENVIRONMENT: Weights = {"E": 3.5, "G": 0.5}
 _SCALED_SHAPE: Weights = {"E": 4.0, "G": 1.5, "estimator": 1.5}  # its area, mostly: what it emits
 _ROUND_SHAPE: Weights = {"estimator": 2.5, "G": 2.0}
 _FEATURES: Mapping[str, Weights] = {
@@ -81,6 +81,11 @@ _FEATURES: Mapping[str, Weights] = {
     "shading normals": {"G": 3.0},
     "polar_range": {"E": 2.0, "estimator": 1.0},
     "angular_profile": {"E": 4.0},
+    "lights infinitely far": {"E": 4.0, "G": 0.5},
+    "lights at a point": {"E": 4.0},
+    "metal": {"R": 4.0},
+    "glass": {"R": 4.0},
+    "an image that is not square": {"sensor": 5.0},
     "things that hide others": {"G": 5.0},
     "an unusual size": {"G": 5.0},
     "several emitters": {"estimator": 3.0},
@@ -107,8 +112,29 @@ _HIDDEN = frozenset(
 )
 """Cases about one thing that hides another."""
 
+_OCCLUDED = _HIDDEN | {
+    *(
+        "furnace-channels",
+        "furnace-bright",
+        "furnace-tiny",
+        "furnace-huge",
+        "furnace-cornell",
+        "furnace-mesh",
+    ),
+    *(
+        "furnace-blend",
+        "furnace-mirrors",
+        "rough-glass-tank",
+        "sphere-zones",
+        "cornell-box",
+        "cie-171-opening",
+    ),
+}
+"""Cases in which something stands between others."""
+
 _SIZED = frozenset(("furnace-tiny", "furnace-huge"))
 _SEVERAL = frozenset(("hundred-tiles", "four-points", "sphere-two-caps", "mirror-lamps"))
+_FAR = frozenset(("directional", "constant", "environment_map", "spherical_harmonics"))
 _DELTA = frozenset(("point", "spot", "directional"))
 _SMOOTH = frozenset(("mirror", "conductor", "dielectric"))
 _SPECIAL = frozenset(("mirror", "conductor", "dielectric", "rough_conductor", "rough_dielectric", "blend"))
@@ -124,7 +150,9 @@ def clues(comparisons: Sequence[Comparison], relations: Sequence[RelationResult]
         *_of_lights(comparisons),
         *_of_bounces(comparisons),
         *_of_signs(comparisons),
+        *_of_shadows(comparisons),
         *_of_features(comparisons),
+        *_of_materials(comparisons),
         *_of_smooth_materials(comparisons),
         *_of_hints(comparisons),
         *_of_relations(relations),
@@ -163,7 +191,7 @@ def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
     whole = [c for c in lit if c not in wrong and any(_mean_fails(b) for b in c.bounces[1:])]
     if whole and not any(h.kinds != ["scaled"] for c in whole for h in c.hints):
         text = f"E is right where later bounces are not ({_some(_names(whole))})"
-        yield Clue(text, {"sensor": -3, "E": -1})
+        yield Clue(text, {"sensor": -6, "E": -1})
     weights: Weights = {
         "E": 1,
         "sensor": 1.5 if later else 0,
@@ -192,7 +220,8 @@ def _of_lights(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
         text = f"light of points and directions, where nothing is chosen, is wrong too ({_some(_names(wrong_delta))})"
         yield Clue(text, {"R": 2, "G": 1, "estimator": -2, "E": -1})
     right_delta = all(c.verdict in ("pass", "known") for c in delta)
-    if right_delta and any(_direct_fails(c) for c in wrong_area):
+    direct = [c for c in wrong_area if _direct_fails(c)]
+    if right_delta and len(direct) >= max(3, len(area) / 2):
         text = f"light of lamps with an extent is wrong, that of points and directions right ({_some(_names(delta))})"
         yield Clue(text, {"estimator": 2, "R": -2, "E": 0.5})
     sphere = next((c for c in comparisons if c.case == "furnace-sphere"), None)
@@ -223,7 +252,19 @@ def _of_signs(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
         text = f"direct light is too bright in {len(bright)} cases and too dark in {len(dark)}, of lamps and skies"
         delta = [c for c in comparisons if _DELTA & set(c.features)]
         nothing_drawn = delta and all(c.verdict in ("pass", "known") for c in delta)
-        yield Clue(text, {"sampler": 4} if nothing_drawn else {"sampler": 1.5, "R": 1})
+        moved = any(
+            b.verdict == "fail" and b.decided_by == "tile" for c in comparisons for b in c.bounces[:1]
+        )
+        yield Clue(text, {"sampler": 4} if nothing_drawn or moved else {"sampler": 1.5, "R": 1})
+
+
+def _of_shadows(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
+    """Too bright, and only where one thing stands in another's light."""
+    failed = [c for c in comparisons if c.verdict == "fail"]
+    direct = [c.bounces[1] for c in failed if _direct_fails(c)]
+    if direct and all(c.case in _OCCLUDED for c in failed) and all(b.bias > 0 for b in direct):
+        text = f"only where one thing stands in another's light it is too bright ({_some(_names(failed))})"
+        yield Clue(text, {"G": 4})
 
 
 def _of_features(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
@@ -238,6 +279,15 @@ def _of_features(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
             yield Clue(
                 f"only scenes with {feature} fail ({len(failed)} of {len(failed) + len(passed)})", weights
             )
+
+
+def _of_materials(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
+    """Only what is not Lambertian is wrong."""
+    failed = [c for c in comparisons if c.verdict == "fail"]
+    plain = [c for c in _passed(comparisons) if not _SPECIAL & set(c.features)]
+    if failed and len(plain) >= 5 and all(_SPECIAL & set(c.features) for c in failed):
+        text = f"what is only Lambertian is right in all {len(plain)} cases"
+        yield Clue(text, {"R": 2, "estimator": 0.5})
 
 
 def _of_smooth_materials(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
@@ -300,12 +350,18 @@ def _mean_fails(bounce: BounceResult) -> bool:
 
 
 def _all_features(comparison: Comparison) -> frozenset[str]:
+    features = frozenset(comparison.features)
     more = {
+        "lights infinitely far": bool(_FAR & features),
+        "lights at a point": bool({"point", "spot"} & features),
+        "metal": bool({"conductor", "rough_conductor"} & features),
+        "glass": bool({"dielectric", "rough_dielectric"} & features),
+        "an image that is not square": comparison.width != comparison.height,
         "things that hide others": comparison.case in _HIDDEN,
         "an unusual size": comparison.case in _SIZED,
         "several emitters": comparison.case in _SEVERAL,
     }
-    return frozenset(comparison.features) | {name for name, has in more.items() if has}
+    return features | {name for name, has in more.items() if has}
 
 
 def _names(comparisons: Sequence[Comparison]) -> list[str]:
