@@ -26,8 +26,8 @@ Array = NDArray[np.float64]
 # ---- the choice of an emitter
 
 
-def _prepared(change: Callable[[Any], None]) -> Replacement:
-    """The tables of the choice are changed when they are made."""
+def prepared(change: Callable[[Any], None]) -> Replacement:
+    """The tables of the choice, ``_choice`` and ``_ends``, are changed when they are made."""
 
     def made_of(prepare: Callable[..., None]) -> Any:
         def substitute(self: Emitters, deltas: list[DeltaEmitter], delta_only: bool) -> None:
@@ -195,7 +195,7 @@ FAULTS: tuple[Fault, ...] = (
         name="light-choice-forgotten",
         operator="estimator",
         what="one emitter is chosen among several, and its density is not multiplied by that probability",
-        plant=in_tracer(_prepared(_forgotten)),
+        plant=in_tracer(prepared(_forgotten)),
     ),
     Fault(
         name="light-choice-forgotten-in-weights",
@@ -208,13 +208,13 @@ FAULTS: tuple[Fault, ...] = (
         name="light-choice-uniform",
         operator="estimator",
         what="all emitters are chosen alike, and divided by probabilities that go by power",
-        plant=in_tracer(_prepared(_uniform)),
+        plant=in_tracer(prepared(_uniform)),
     ),
     Fault(
         name="light-choice-outside-of-weights",
         operator="estimator",
         what="both weights forget the choice of the emitter; the estimate itself does not",
-        plant=in_tracer(_prepared(_outside_of_weights)),
+        plant=in_tracer(prepared(_outside_of_weights)),
         unseen="unbiased: weights that sum to one give the right mean, whatever they are made of; noise grows",
     ),
     Fault(

@@ -19,12 +19,12 @@ Blocks = Callable[[int, int, int, int, int], Iterator[Block]]
 
 
 def other_blocks(made_of: Callable[[Blocks], Blocks]) -> Plant:
-    """Every sampler is another one."""
+    """The independent sampler is another one."""
     return in_tracer(
         Replacement(
             random_walk,
             "BLOCKS",
-            lambda samplers: {name: made_of(blocks) for name, blocks in samplers.items()},
+            lambda samplers: {**samplers, "independent": made_of(samplers["independent"])},
         )
     )
 

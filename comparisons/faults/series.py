@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from comparisons.faults.fault import Fault, Plant
 from comparisons.faults.planting import Replacement, in_tracer, of_request
+from comparisons.faults.throughput import ended, late, spare
 from comparisons.renderers import Images, Renderer
 from reference_tracer.bsdfs.bsdf import BSDFSample
 from reference_tracer.points import Points
@@ -68,57 +69,6 @@ def _scaled(factor: Callable[[int], float]) -> Plant:
 
 
 # ---- what the loop of a walk carries over
-
-Change = Callable[[BSDFSample, Array], BSDFSample]
-"""What becomes of a sample, given the numbers it was made from."""
-
-
-class _Late:
-    """A BSDF whose samples are changed from some bounce on.
-
-    Attributes:
-        made: how many times a walk has sampled it.
-    """
-
-    def __init__(self, bsdf: Any, first: int, change: Change) -> None:
-        self._bsdf, self._first, self._change, self.made = bsdf, first, change, 0
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._bsdf, name)
-
-    def sample(self, points: Points, wo: Array, u: Array) -> BSDFSample:
-        """As that of the BSDF, changed."""
-        self.made += 1
-        sample: BSDFSample = self._bsdf.sample(points, wo, u)
-        return self._change(sample, u) if self.made >= self._first else sample
-
-
-def _late(first: int, change: Change, *others: Replacement) -> Plant:
-    """In each walk, directions that bounce ``first`` and later ones are found in are changed."""
-
-    def made_of(walk: Callable[[RandomWalk, Block, int, Film], None]) -> Any:
-        def substitute(self: RandomWalk, block: Block, bounces: int, film: Film) -> None:
-            plain = self.bsdf
-            self.bsdf = _Late(plain, first, change)
-            try:
-                walk(self, block, bounces, film)
-            finally:
-                self.bsdf = plain
-
-        return substitute
-
-    return in_tracer(Replacement(RandomWalk, "__call__", made_of), *others)
-
-
-def spare(u: Array) -> Array:
-    """One number in [0, 1) more for each lane: the low bits of one that is used by its high ones."""
-    number: Array = u[0] * 2.0**22 % 1
-    return number
-
-
-def ended(sample: BSDFSample, ends: NDArray[np.bool_], factor: Array | float = 1.0) -> BSDFSample:
-    """The sample, where some walks end, and the others are that many times as bright."""
-    return replace(sample, weight=sample.weight * (factor * ~ends), pdf=np.where(ends, 0, sample.pdf))
 
 
 def _ended_by_chance(sample: BSDFSample, u: Array) -> BSDFSample:
@@ -248,39 +198,39 @@ FAULTS: tuple[Fault, ...] = (
         name="roulette-not-reweighted",
         operator="series",
         what="from bounce 3 on walks end by chance, and those that go on are not made brighter for it",
-        plant=_late(3, _ended_by_chance),
+        plant=late(3, _ended_by_chance),
         happened=("https://github.com/chunky-dev/chunky/issues/1018",),
     ),
     Fault(
         name="roulette-by-another-channel",
         operator="series",
         what="walks go on with the probability of their brightest channel, and are divided by the channels' mean",
-        plant=_late(3, _weighted_by_another_channel),
+        plant=late(3, _weighted_by_another_channel),
     ),
     Fault(
         name="roulette-takes-direct-light",
         operator="series",
         what="from bounce 3 on next event is only added where the walk goes on: a fifth of it is lost",
-        plant=_late(3, _ended_rightly, Replacement(RandomWalk, "_next_event", _thinned)),
+        plant=late(3, _ended_rightly, Replacement(RandomWalk, "_next_event", _thinned)),
         happened=("https://github.com/nvpro-samples/vk_raytrace/issues/13",),
     ),
     Fault(
         name="throughput-not-updated",
         operator="series",
         what="from the second reflection on, the throughput stays what it was after the first",
-        plant=_late(2, _not_updated),
+        plant=late(2, _not_updated),
     ),
     Fault(
         name="throughput-clamped-to-one",
         operator="series",
         what="no reflection or refraction may make a walk brighter: f cos / pdf is cut off at 1",
-        plant=_late(1, _clamped),
+        plant=late(1, _clamped),
     ),
     Fault(
         name="throughput-loses-half-a-percent",
         operator="series",
         what="from bounce 4 on every reflection loses 0.5 %: 0.5 % of bounce 5, 1 % of bounce 6 …",
-        plant=_late(4, _slightly_darker),
+        plant=late(4, _slightly_darker),
     ),
     Fault(
         name="bounce-counted-twice",
