@@ -32,10 +32,10 @@ from comparisons.settings import Settings
 TRACER = "reference"
 """What faults are planted in."""
 
-BUDGET, THOROUGH_BUDGET = 6.0, 15.0
-"""Seconds per case, of the quick ones and of the thorough."""
+BUDGET, THOROUGH_BUDGET, FIRST_LOOK = 1.5, 15.0, 0.3
+"""Seconds per case, of the quick ones, and of the thorough and those that the quick ones left open."""
 
-LEAST_CASES = 12
+LEAST_CASES = 10
 """Cases before a diagnosis ends a row: they have every kind of light, with what hides it and without."""
 
 CASES_AFTER = 4
@@ -198,7 +198,7 @@ def seen(entry: Fault | Sound, seed: int = 0) -> Seen:
     start = monotonic()
     with TemporaryDirectory() as folder:
         for names, budget in ((QUICK, BUDGET), (THOROUGH, THOROUGH_BUDGET)):
-            settings = Settings(budget=budget, seed=seed, first_look=0.4)
+            settings = Settings(budget=budget, seed=seed, first_look=FIRST_LOOK)
             run = campaign.run([case(n) for n in names], [renderer], settings, Path(folder), _Silent())
             for comparison in run:
                 found.comparisons.append(comparison)
