@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -21,7 +21,7 @@ from scenes.formats import exr
 
 
 def run(
-    cases: Sequence[Case],
+    cases: Iterable[Case],
     renderers: Sequence[str | Renderer],
     settings: Settings,
     folder: Path,

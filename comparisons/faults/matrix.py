@@ -192,21 +192,27 @@ def row(name: str, seed: int = 0) -> Row:
 
 
 def seen(entry: Fault | Sound, seed: int = 0) -> Seen:
-    """What the cases and the first relation say of it, until that is clear."""
+    """What the first relation and the cases say of it, until that is clear.
+
+    Where no quick case fails, those that were left open are given more time, and the thorough ones follow.
+    """
     renderer = Named(entry.plant(create(TRACER)), entry.name)
     found = Seen(comparisons=[], relations=_first_hits(renderer, seed), seconds=[])
     start = monotonic()
     with TemporaryDirectory() as folder:
-        for names, budget in ((QUICK, BUDGET), (THOROUGH, THOROUGH_BUDGET)):
+
+        def run(names: Sequence[str], budget: float) -> None:
             settings = Settings(budget=budget, seed=seed, first_look=FIRST_LOOK)
-            run = campaign.run([case(n) for n in names], [renderer], settings, Path(folder), _Silent())
-            for comparison in run:
+            for comparison in campaign.run(map(case, names), [renderer], settings, Path(folder), _Silent()):
                 found.comparisons.append(comparison)
                 found.seconds.append(monotonic() - start)
                 if isinstance(entry, Fault) and _clear(found):
-                    return found
-            if isinstance(entry, Sound) or _caught(found) is not None:
-                break
+                    return
+
+        run(QUICK, BUDGET)
+        if isinstance(entry, Fault) and not entry.unseen and _caught(found) is None:
+            left_open = [c.case for c in found.comparisons if c.verdict == "inconclusive"]
+            run([*left_open, *THOROUGH], THOROUGH_BUDGET)
     return found
 
 
@@ -249,7 +255,8 @@ def _clear(found: Seen) -> bool:
     first = _caught(found)
     if first is None or len(found.comparisons) < max(LEAST_CASES, first + 1 + CASES_AFTER):
         return False
-    return diagnose(found.comparisons, found.relations).suspect is not None
+    late = len(found.comparisons) > len(QUICK)
+    return late or diagnose(found.comparisons, found.relations).suspect is not None
 
 
 def _caught(found: Seen) -> int | None:
