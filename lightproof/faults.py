@@ -27,7 +27,11 @@ from scenes.names import look_up
 Names = Annotated[list[str] | None, typer.Argument(metavar="[NAME]…", help="Some of them; all by default.")]
 OutFolder = Annotated[
     Path | None,
-    typer.Option("--out", metavar="FOLDER", help="Also write faults.json and the page faults.html there."),
+    typer.Option(
+        "--out",
+        metavar="FOLDER",
+        help="Also write there faults.json, the page faults.html, and what was seen of each in seen/.",
+    ),
 ]
 ListThem = Annotated[bool, typer.Option("--list", help="Say what there is, and run nothing.")]
 
@@ -59,7 +63,7 @@ def faults(
     at_once = jobs or os.cpu_count() or 1
     with Progress(console=terminal.console(stderr=True), transient=True) as progress:
         bar = progress.add_task("", total=len(chosen))
-        for row in rows(chosen, at_once, seed):
+        for row in rows(chosen, at_once, seed, out and out / "seen"):
             found[row.name] = row
             progress.update(bar, advance=1, description=row.name)
     ordered = [found[name] for name in chosen]

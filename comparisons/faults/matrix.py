@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
 
+import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -169,26 +170,31 @@ class Seen(Struct, frozen=True, kw_only=True):
     seconds: list[float]
 
 
-def rows(names: Sequence[str], jobs: int, seed: int = 0) -> Iterator[Row]:
+def rows(names: Sequence[str], jobs: int, seed: int = 0, keep: Path | None = None) -> Iterator[Row]:
     """One row per name, as each is done.
 
     Args:
         names: of faults and sound variants.
         jobs: how many at a time, each in a process of its own.
         seed: of all comparisons.
+        keep: a folder for what was seen, ``NAME.json``, from which a row can be concluded again.
     """
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as executor:
         try:
-            for done in as_completed([executor.submit(row, name, seed) for name in names]):
+            for done in as_completed([executor.submit(row, name, seed, keep) for name in names]):
                 yield done.result()
         finally:
             executor.shutdown(wait=True, cancel_futures=True)
 
 
-def row(name: str, seed: int = 0) -> Row:
+def row(name: str, seed: int = 0, keep: Path | None = None) -> Row:
     """Put one of them to the cases, in this process."""
     entry = FAULTS.get(name) or SOUND_VARIANTS[name]
-    return concluded(entry, seen(entry, seed))
+    found = seen(entry, seed)
+    if keep is not None:
+        keep.mkdir(parents=True, exist_ok=True)
+        (keep / f"{name}.json").write_bytes(msgspec.json.encode(found))
+    return concluded(entry, found)
 
 
 def seen(entry: Fault | Sound, seed: int = 0) -> Seen:

@@ -104,7 +104,7 @@ def test_an_image_that_is_drawn_over_is_not_lost() -> None:
     [
         (lambda image: None, "returned values of type object, expected an array of real numbers"),
         (lambda image: image.astype(complex), "returned values of type complex128"),
-        (lambda image: image[:, :-1], "returned an image of shape (1, 7, 8, 3), expected (1, 8, 8, 3)"),
+        (lambda image: image[:, :-1], "returned an image of shape (2, 7, 8, 3), expected (2, 8, 8, 3)"),
         (lambda image: np.where(image > 0, np.nan, image), "not finite"),
         (lambda image: [[1.0], [2.0, 3.0]], "ValueError"),
     ],

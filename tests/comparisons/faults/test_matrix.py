@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 
+import msgspec
 import pytest
 
 from comparisons.faults import FAULTS, SOUND_VARIANTS, matrix
-from comparisons.faults.matrix import Row, Summary, row, rows, tuned_on
+from comparisons.faults.matrix import Row, Seen, Summary, concluded, row, rows, tuned_on
 from comparisons.faults.suite import QUICK, THOROUGH
 from scenes import library
 
@@ -37,6 +39,12 @@ def test_what_these_cases_do_not_show_is_not_caught_and_says_how_near_it_came(fe
 def test_a_sound_variant_is_not_failed(few: None) -> None:
     found = row("single-precision")
     assert (found.operator, found.caught_by, found.cases) == (None, "", 2)
+
+
+def test_a_row_can_be_concluded_again_from_what_was_kept(few: None, tmp_path: Path) -> None:
+    found = row("lamps-invisible", keep=tmp_path)
+    kept = msgspec.json.decode((tmp_path / "lamps-invisible.json").read_bytes(), type=Seen)
+    assert concluded(FAULTS["lamps-invisible"], kept) == found
 
 
 def test_rows_come_from_processes_of_their_own() -> None:
