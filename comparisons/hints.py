@@ -91,7 +91,9 @@ def _clipped(image: Array, truth: Array) -> Hint | None:
     cut = np.minimum(truth, most)
     expected, weights = _blocks(truth), _weights(_blocks(truth))
     at_one = 0.999 < most <= 1 and brightest > 1.05
-    plateau = most < 0.95 * brightest and (image > (1 - 1e-3) * most).mean() >= _PLATEAU
+    # of an image that is cut everywhere nobody can tell it from one that is scaled
+    some_below = (truth < 0.9 * most).mean() >= _PLATEAU
+    plateau = most < 0.95 * brightest and (image > (1 - 1e-3) * most).mean() >= _PLATEAU and some_below
     fits = plateau and _misfit(_blocks(image), _blocks(cut), weights) <= _FAR_BETTER * _misfit(
         _blocks(image), expected, weights
     )

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from comparisons.diagnosis import tables
 from comparisons.diagnosis.patterns import Pattern, pattern
 from comparisons.diagnosis.tables import Weights
 from comparisons.results import BounceResult, Comparison, RelationResult
+from scenes import library
 
 
 @dataclass(frozen=True)
@@ -232,6 +234,15 @@ def _e_fails(comparison: Comparison) -> bool:
     return any(b.verdict == "fail" for b in comparison.bounces[:1])
 
 
+@cache
+def _emitters(name: str) -> int:
+    """How many there are in a scene of the library; 0 of one that is not in it."""
+    if name not in library.CASES:
+        return 0
+    scene = library.case(name).scene
+    return sum(surface.emits for surface in scene.surfaces) + len(scene.lights)
+
+
 def _mean_fails(bounce: BounceResult) -> bool:
     return bounce.verdict == "fail" and bounce.decided_by == "image"
 
@@ -246,7 +257,7 @@ def _all_features(comparison: Comparison) -> frozenset[str]:
         "an image that is not square": comparison.width != comparison.height,
         "things that hide others": comparison.case in tables.HIDDEN,
         "an unusual size": comparison.case in tables.SIZED,
-        "several emitters": comparison.case in tables.SEVERAL,
+        "several emitters": _emitters(comparison.case) > 1,
     }
     return features | {name for name, has in more.items() if has}
 

@@ -121,7 +121,6 @@ OCCLUDED = HIDDEN | {
 """Cases in which something stands between others."""
 
 SIZED = frozenset(("furnace-tiny", "furnace-huge"))
-SEVERAL = frozenset(("hundred-tiles", "four-points", "sphere-two-caps", "mirror-lamps"))
 FAR = frozenset(("directional", "constant", "environment_map", "spherical_harmonics"))
 DELTA = frozenset(("point", "spot", "directional"))
 SMOOTH = frozenset(("mirror", "conductor", "dielectric"))

@@ -119,3 +119,14 @@ def test_layers_are_not_told_to_be_others(terms: Array) -> None:
     direct = terms[:2].sum(axis=0)
     assert "say --bounces 1" in hints(direct, terms)[0].text
     assert not any("--bounces" in hint.text for hint in hints(direct, terms, counted=True))
+
+
+def test_an_even_image_that_is_too_dark_is_not_called_clipped() -> None:
+    even = np.full((6, 64, 64, 3), 0.5) ** np.arange(6)[:, None, None, None]
+    assert "clipped" not in [kind for hint in hints(0.6 * even.sum(axis=0), even) for kind in hint.kinds]
+
+
+def test_a_cut_above_1_is_recognised(terms: Array) -> None:
+    image = terms.sum(axis=0)
+    cut = float(np.quantile(image, 0.9))
+    assert ["clipped"] in [hint.kinds for hint in hints(np.minimum(image, cut), terms)]
