@@ -37,6 +37,9 @@ Array = NDArray[np.float64]
 SHARE = 0.5
 """Of the tiles' standard error (root mean square) that each of them has at least."""
 
+_ROUNDING = (
+    2.0**-24
+)  # of 32-bit images: a noiseless bias of exactly the tolerance lies on neither side by that
 _NO_DEVIATION = 1e-4  # relative: rounding in single precision stays far below it, a tolerance far above
 
 
@@ -107,12 +110,14 @@ class Range:
     high: Array
 
     def inside(self, tolerance: Array, center: Array | float = 0.0) -> NDArray[np.bool_]:
-        """Where all of it lies inside center ± tolerance."""
+        """Where all of it lies inside center ± tolerance, up to rounding."""
+        tolerance = tolerance + _ROUNDING
         inside: NDArray[np.bool_] = (self.low >= center - tolerance) & (self.high <= center + tolerance)
         return inside
 
     def outside(self, tolerance: Array, center: Array | float = 0.0) -> NDArray[np.bool_]:
-        """Where all of it lies outside center ± tolerance."""
+        """Where all of it lies outside center ± tolerance, and by more than rounding."""
+        tolerance = tolerance + _ROUNDING
         outside: NDArray[np.bool_] = (self.low > center + tolerance) | (self.high < center - tolerance)
         return outside
 

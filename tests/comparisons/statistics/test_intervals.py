@@ -139,3 +139,12 @@ def test_too_narrow_intervals_would_be_noticed() -> None:
 def test_simultaneous_intervals_miss_in_no_region_more_often_than_alpha() -> None:
     _, high = stats.binom.interval(1 - 1e-6, _RUNS, 0.05)
     assert _misses(regions=17)[1] <= high
+
+
+def test_exactly_the_tolerance_is_not_outside_by_rounding() -> None:
+    exact = Range(np.array([[-0.005 - 1e-16]]), np.array([[-0.005 - 1e-16]]))
+    tolerance = np.array([[0.005]])
+    assert not exact.outside(tolerance)
+    assert exact.inside(tolerance)
+    beyond = Range(np.array([[-0.0051]]), np.array([[-0.0051]]))
+    assert beyond.outside(tolerance)
