@@ -118,16 +118,17 @@ def test_a_budget_too_small_is_inconclusive_and_says_what_it_could_have_seen(
     assert all(np.isfinite(b.detectable_bias) and b.detectable_bias > 0 for b in comparison.bounces)
 
 
-def test_looks_come_twice_as_late_each_time_until_all_is_clear(compare: Compare) -> None:
+def test_looks_come_later_and_later_until_all_is_clear(compare: Compare) -> None:
+    """When the noise can decide, and never sooner than after a quarter more of the time."""
     comparison = compare("furnace-box", "reference", tolerance=0.002, tile_tolerance=0.01)
     assert comparison.verdict == "pass"
     looks = comparison.looks
     assert looks[0].replicates == 32
     assert len(looks) > 1, "all was clear at the first look: tighten the tolerance"
     for before, after in itertools.pairwise(looks):
-        assert after.seconds >= 2 * before.seconds
-        assert after.replicates > before.replicates
+        assert after.seconds >= 1.25 * before.seconds
     assert looks[-1].open_bounces == []
+    assert looks[-1].replicates > looks[0].replicates
     assert sum(look.alpha for look in looks) < comparison.alpha
 
 
