@@ -49,6 +49,22 @@ class Settings:
         return alpha_of_look(self.alpha, look) if self.early_stop else self.alpha
 
 
+class Silent:
+    """An observer that looks away."""
+
+    def started(self, case: str, renderer: str) -> None:
+        """Not of interest."""
+
+    def progressed(self, share: float, message: str) -> None:
+        """Not of interest."""
+
+    def finished(self, comparison: Comparison) -> None:
+        """Not of interest."""
+
+    def related(self, results: list[RelationResult]) -> None:
+        """Not of interest."""
+
+
 class Observer(Protocol):
     """Who wants to see how a run goes on."""
 

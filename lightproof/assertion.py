@@ -12,8 +12,8 @@ from pathlib import Path
 
 import reports
 from comparisons.renderers import Renderer
-from comparisons.results import Comparison, RelationResult, Results
-from comparisons.settings import DEFAULT_ALPHA
+from comparisons.results import Comparison, Results
+from comparisons.settings import DEFAULT_ALPHA, Silent
 from lightproof import arguments
 from lightproof.arguments import Shares
 from lightproof.explanation import explanation, headline
@@ -91,7 +91,7 @@ def assert_bounces_match(
         folder = arguments.prepared(Path(report) if report is not None else host.folder(chosen.name))
     except (ValueError, TypeError, UnknownNameError) as error:
         raise error.with_traceback(None)  # noqa: B904 -- the mistake is the caller's, and shown there
-    outcome = compare([chosen], [renderer], settings, folder, _Silent())
+    outcome = compare([chosen], [renderer], settings, folder, Silent())
     host.note(outcome.comparisons[0])
     return _concluded(outcome, folder, host, skips, keeps=report is not None or host.keeps)
 
@@ -112,22 +112,6 @@ def _concluded(outcome: Results, folder: Path, host: Host, skips: bool, keeps: b
     if skips:
         host.skip(headline(comparison))
     return comparison
-
-
-class _Silent:
-    """An observer of a test, which is no place for progress bars."""
-
-    def started(self, case: str, renderer: str) -> None:
-        pass
-
-    def progressed(self, share: float, message: str) -> None:
-        pass
-
-    def finished(self, comparison: Comparison) -> None:
-        pass
-
-    def related(self, results: list[RelationResult]) -> None:
-        pass
 
 
 def _running_test() -> Host | None:

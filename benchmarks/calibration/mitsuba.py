@@ -16,6 +16,7 @@ from comparisons.results import Results
 
 MINUTE = 60.0
 RESOLUTIONS = (0.002, 0.002, 0.005, 0.009, 0.015, 0.015)
+TOLERANCES, TILE_TOLERANCE = ",".join(f"{most:.1%}" for most in RESOLUTIONS), "99%"
 DEFAULT_RUN = 90.0
 """Seconds."""
 
@@ -28,8 +29,8 @@ def limits() -> Iterator[Limit]:
     The resolutions are asked for as tolerances, which say where samples go, and are in no part of a resolution.
     Tiles are not what is asked for here, so theirs are too wide to draw any.
     """
-    budget, asked = f"{MINUTE:g}", ",".join(f"{most:.1%}" for most in RESOLUTIONS)
-    wanted = ("--tolerance", asked, "--tile-tolerance", "100%")
+    budget = f"{MINUTE:g}"
+    wanted = ("--tolerance", TOLERANCES, "--tile-tolerance", TILE_TOLERANCE)
     outcome, _ = _run("cornell-box", "--renderer", "mitsuba", "--budget", budget, "--no-early-stop", *wanted)
     [comparison] = outcome.comparisons
     for bounce, most in zip(comparison.bounces, RESOLUTIONS, strict=True):

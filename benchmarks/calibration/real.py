@@ -25,7 +25,7 @@ from comparisons import sequential
 from comparisons.comparison import Comparing
 from comparisons.renderers import Images, create
 from comparisons.results import Verdict
-from comparisons.settings import Settings
+from comparisons.settings import Settings, Silent
 from scenes import Case, Scene, Tolerance, Truth, library
 
 RUNS = 2_000
@@ -72,19 +72,6 @@ class Drawing:
         future: Future[Images] = Future()
         future.set_result(self.pool[self.rng.integers(len(self.pool))][list(bounces)])
         return future
-
-
-class Silent:
-    """Nobody watches."""
-
-    def started(self, case: str, renderer: str) -> None:
-        """Not of interest."""
-
-    def progressed(self, share: float, message: str) -> None:
-        """Not of interest."""
-
-    def finished(self, comparison: object) -> None:
-        """Not of interest."""
 
 
 def rates(runs: int = RUNS, jobs: int = 2) -> Iterator[Rate]:

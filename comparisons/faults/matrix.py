@@ -28,7 +28,7 @@ from comparisons.faults.suite import QUICK, THOROUGH, case
 from comparisons.relations import RELATIONS, STAGES, Subject, Task
 from comparisons.renderers import Renderer, create
 from comparisons.results import BounceResult, Comparison, Diagnosis, Operator, RelationResult
-from comparisons.settings import Settings
+from comparisons.settings import Settings, Silent
 
 TRACER = "reference"
 """What faults are planted in."""
@@ -209,7 +209,7 @@ def seen(entry: Fault | Sound, seed: int = 0) -> Seen:
 
         def run(names: Sequence[str], budget: float) -> None:
             settings = Settings(budget=budget, seed=seed, first_look=FIRST_LOOK)
-            for comparison in campaign.run(map(case, names), [renderer], settings, Path(folder), _Silent()):
+            for comparison in campaign.run(map(case, names), [renderer], settings, Path(folder), Silent()):
                 found.comparisons.append(comparison)
                 found.seconds.append(monotonic() - start)
                 if isinstance(entry, Fault) and _clear(found):
@@ -253,7 +253,7 @@ def concluded(entry: Fault | Sound, found: Seen) -> Row:
 def _first_hits(renderer: Renderer, seed: int) -> list[RelationResult]:
     relation = RELATIONS["first-hits"]
     tasks = [Task(relation, Subject(name, STAGES[name]())) for name in relation.scenes]
-    return list(relations.run(tasks, [renderer], Settings(seed=seed), _Silent()))
+    return list(relations.run(tasks, [renderer], Settings(seed=seed), Silent()))
 
 
 def _clear(found: Seen) -> bool:
@@ -299,19 +299,3 @@ def _nearest(comparisons: Sequence[Comparison]) -> str:
         return ""
     _, name, k, bias, detectable = max(seen)
     return f"{name}, bounce {k}: {bias:+.2%}, detectable from {detectable:.2%}"
-
-
-class _Silent:
-    """Nobody watches."""
-
-    def started(self, case: str, renderer: str) -> None:
-        """Not of interest."""
-
-    def progressed(self, share: float, message: str) -> None:
-        """Not of interest."""
-
-    def finished(self, comparison: Comparison) -> None:
-        """Not of interest."""
-
-    def related(self, results: list[RelationResult]) -> None:
-        """Not of interest."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.calibration import simulated
+from benchmarks.calibration import mitsuba, simulated
 from benchmarks.calibration.limits import Limit
 from benchmarks.calibration.noise import SHAPES
 from benchmarks.calibration.rates import Rate
 from comparisons.statistics import intervals, skewness
 from comparisons.statistics.moments import Moments
+from lightproof.parameters import percents
 
 RUNS = 60
 
@@ -49,3 +50,8 @@ def test_a_limit_is_the_most() -> None:
     assert Limit("", 0.0019, 0.002, "%").kept
     assert not Limit("", 91.0, 90.0, "s").kept
     assert Limit("", 0.0019, 0.002, "%").shown == ("0.19 %", "≤ 0.2 %")
+
+
+def test_the_command_takes_the_tolerances_that_say_where_samples_go() -> None:
+    assert percents(mitsuba.TOLERANCES, "--tolerance") == pytest.approx(mitsuba.RESOLUTIONS)
+    assert percents(mitsuba.TILE_TOLERANCE, "--tile-tolerance") == (0.99,)
