@@ -7,13 +7,15 @@ import platform
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import reports
 from comparisons import campaign, relations, results
-from comparisons.diagnosis import diagnoses
+from comparisons.diagnosis import diagnoses, inquiry
+from comparisons.diagnosis.ways import other_ways
 from comparisons.renderers import Renderer
 from comparisons.results import Comparison, Provenance, RelationResult, Results, Verdict
 from comparisons.sequential import first_seed
@@ -55,7 +57,7 @@ def validate(
 
     Returns, raises: as ``compare``.
     """
-    outcome = compare(cases, renderers, settings, folder, observer, tasks)
+    outcome = compare(cases, renderers, settings, folder, observer, tasks, why=True)
     reports.render(folder)
     return outcome
 
@@ -67,10 +69,15 @@ def compare(
     folder: Path,
     observer: Observer,
     tasks: Sequence[relations.Task] = (),
+    why: bool = False,
 ) -> Results:
     """Hold every case against every renderer, try the relations, and write ``results.json`` and the images.
 
-    Renderers are names, or objects of this process (``comparisons.in_process``).
+    Args:
+        cases, renderers, settings, folder, observer: what, how, and where to; a renderer is a name, or an object of
+            this process (``comparisons.in_process``).
+        tasks: relations to try.
+        why: ask again about what failed, which tells more of what is at fault (``comparisons.diagnosis.inquiry``).
 
     Returns:
         What ``results.json`` holds.
@@ -81,10 +88,11 @@ def compare(
     start, date = time.monotonic(), datetime.now(UTC)
     comparisons: list[Comparison] = []
     related: list[RelationResult] = []
+    others: dict[str, list[Comparison]] = {}
 
     def write() -> Results:
         made = provenance(settings, date, time.monotonic() - start)
-        found = diagnoses(comparisons, related)
+        found = diagnoses(comparisons, related, others)
         outcome = Results(provenance=made, comparisons=comparisons, relations=related, diagnoses=found)
         results.write(outcome, folder)
         return outcome
@@ -95,7 +103,20 @@ def compare(
     for result in relations.run(tasks, renderers, settings, observer):
         related.append(result)
         write()
+    for name in [renderer for renderer in renderers if isinstance(renderer, str)] if why else ():
+        for case in [case for case in cases if _failed(comparisons, case, name)][: inquiry.CASES]:
+            observer.started(f"{case.name}, asked again", name)
+            asked = replace(settings, budget=min(settings.budget, inquiry.BUDGET))
+            answers, told = inquiry.inquire(case, inquiry.RELATIONS, name, other_ways(name), asked, folder)
+            related.extend(answers)
+            others.setdefault(name, []).extend(told)
+            write()
     return write()
+
+
+def _failed(comparisons: Sequence[Comparison], case: Case, renderer: str) -> bool:
+    mine = (c for c in comparisons if (c.case, c.renderer) == (case.name, renderer))
+    return any(c.verdict == "fail" for c in mine)
 
 
 def exit_status(outcome: Results) -> int:

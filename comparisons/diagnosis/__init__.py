@@ -7,8 +7,10 @@ next one clearly; if not, the diagnosis is that one can't tell, with the cheapes
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
-from comparisons.diagnosis.clues import Clue, clues, ignores_its_seed
+from comparisons.diagnosis.clue import Clue
+from comparisons.diagnosis.clues import clues, ignores_its_seed
 from comparisons.results import Comparison, Diagnosis, Operator, RelationResult
 
 __all__ = ["Diagnosis", "diagnose", "diagnoses"]
@@ -41,35 +43,50 @@ _TELLS: Mapping[Operator, Sequence[str]] = {
 """Quick cases that show an operator by itself."""
 
 
-def diagnoses(comparisons: Sequence[Comparison], relations: Sequence[RelationResult] = ()) -> list[Diagnosis]:
-    """One for each renderer of which something failed, in the order of the results."""
+def diagnoses(
+    comparisons: Sequence[Comparison],
+    relations: Sequence[RelationResult] = (),
+    others: Mapping[str, Sequence[Comparison]] = MappingProxyType({}),
+) -> list[Diagnosis]:
+    """One for each renderer of which something failed, in the order of the results.
+
+    Args:
+        comparisons, relations: all results.
+        others: by renderer, results of its other ways; see ``diagnose``.
+    """
     results: list[Comparison | RelationResult] = [*comparisons, *relations]
     failed = dict.fromkeys(r.renderer for r in results if r.verdict == "fail" or ignores_its_seed(r))
     return [
         diagnose(
             [c for c in comparisons if c.renderer == renderer],
             [r for r in relations if r.renderer == renderer],
+            others.get(renderer, ()),
         )
         for renderer in failed
     ]
 
 
-def diagnose(comparisons: Sequence[Comparison], relations: Sequence[RelationResult] = ()) -> Diagnosis:
+def diagnose(
+    comparisons: Sequence[Comparison],
+    relations: Sequence[RelationResult] = (),
+    others: Sequence[Comparison] = (),
+) -> Diagnosis:
     """What is at fault.
 
     Args:
         comparisons, relations: all results of one renderer, of which at least one failed.
+        others: results of its other ways to look for light (``ways``), by their full names.
     """
-    found = clues(comparisons, relations)
+    found = clues(comparisons, relations, others)
     score: dict[Operator, float] = dict.fromkeys(_NAMES, 0.0)
     for clue in found:
         for operator, weight in clue.weights.items():
             score[operator] += weight
-    first, second, *others = sorted(score, key=lambda operator: -score[operator])
+    first, second, *rest = sorted(score, key=lambda operator: -score[operator])
     clear = score[first] >= LEAST and score[first] - score[second] >= CLEAR
     leading = first if clear else None
     ranked = sorted(found, key=lambda clue: -clue.weights.get(first, 0.0))
-    possible = [o for o in (first, second, *others) if score[o] > 0 and score[first] - score[o] < CLEAR + 0.5]
+    possible = [o for o in (first, second, *rest) if score[o] > 0 and score[first] - score[o] < CLEAR + 0.5]
     return Diagnosis(
         renderer=comparisons[0].renderer if comparisons else relations[0].renderer,
         suspect=leading,

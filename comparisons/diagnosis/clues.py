@@ -8,25 +8,34 @@ show it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cache
 
 from comparisons.diagnosis import tables
+from comparisons.diagnosis.clue import Clue, Weights
 from comparisons.diagnosis.patterns import Pattern, pattern
-from comparisons.diagnosis.tables import Weights
-from comparisons.results import BounceResult, Comparison, RelationResult
-from scenes import library
+from comparisons.diagnosis.views import (
+    all_features,
+    direct_fails,
+    e_fails,
+    has_light_from,
+    indirect_fails,
+    lit_indirect,
+    mean_fails,
+    names,
+    not_lit_by_lamps,
+    only_lamps,
+    only_where_hidden,
+    passed,
+    some,
+)
+from comparisons.diagnosis.ways import clues_of_ways
+from comparisons.results import Comparison, RelationResult
 
 
-@dataclass(frozen=True)
-class Clue:
-    """Something that was seen: as a sentence, and what it speaks for."""
-
-    text: str
-    weights: Weights
-
-
-def clues(comparisons: Sequence[Comparison], relations: Sequence[RelationResult]) -> list[Clue]:
+def clues(
+    comparisons: Sequence[Comparison],
+    relations: Sequence[RelationResult],
+    others: Sequence[Comparison] = (),
+) -> list[Clue]:
     """All that can be seen in the results of one renderer."""
     patterns = [p for p in map(pattern, comparisons) if p is not None]
     return [
@@ -42,6 +51,7 @@ def clues(comparisons: Sequence[Comparison], relations: Sequence[RelationResult]
         *_of_smooth_materials(comparisons),
         *_of_hints(comparisons),
         *_of_relations(relations),
+        *clues_of_ways(comparisons, others),
     ]
 
 
@@ -60,9 +70,9 @@ def _of_patterns(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
         seen = [p for p in patterns if p.kind == kind]
         weights = tables.PATTERNS[kind]
         if kind == "dark from":
-            lost = [p for p in seen if not any(_has_light_from(c, p.first) for c in comparisons)]
+            lost = [p for p in seen if not any(has_light_from(c, p.first) for c in comparisons)]
             seen, weights = (lost, weights) if lost else (seen, tables.DARK_IN_SOME)
-        yield Clue(f"{seen[0].text} ({_some([p.case for p in seen])})", weights)
+        yield Clue(f"{seen[0].text} ({some([p.case for p in seen])})", weights)
 
 
 def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern]) -> Iterator[Clue]:
@@ -71,13 +81,18 @@ def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
     wrong = [c for c in lit if c.bounces[0].verdict == "fail"]
     if not wrong:
         if failed := [c.case for c in lit if c.verdict == "fail"]:
-            yield Clue(f"E is right wherever it is seen ({_some(failed)})", {"sensor": -2.5, "E": -0.5})
+            yield Clue(f"E is right wherever it is seen ({some(failed)})", {"sensor": -2.5, "E": -0.5})
         return
     later = any(b.verdict == "fail" for c in wrong for b in c.bounces[1:])
-    whole = [c for c in lit if c not in wrong and any(_mean_fails(b) for b in c.bounces[1:])]
+    whole = [c for c in lit if c not in wrong and any(mean_fails(b) for b in c.bounces[1:])]
     if whole and not any(h.kinds != ["scaled"] for c in whole for h in c.hints):
-        text = f"E is right where later bounces are not ({_some(_names(whole))})"
+        text = f"E is right where later bounces are not ({some(names(whole))})"
         yield Clue(text, {"sensor": -6, "E": -1})
+    if only_lamps(comparisons):
+        text = (
+            f"what lamps with an extent don't light is right ({some(names(not_lit_by_lamps(comparisons)))})"
+        )
+        yield Clue(text, {"E": 1.5, "sensor": -3})
     weights: Weights = {
         "E": 1,
         "sensor": 1.5 if later else 0,
@@ -86,12 +101,12 @@ def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
         "series": -2,
         "G": 0.5,
     }
-    yield Clue(f"E is wrong ({_some([c.case for c in wrong])})", weights)
-    same, passed = [p.case for p in patterns if p.kind == "same factor"], _passed(comparisons)
-    if same and len(passed) >= 0.2 * len(comparisons):
-        yield Clue(f"the factor is not everybody's: {_some(_names(passed))} passed", {"E": 2, "sensor": -1.5})
+    yield Clue(f"E is wrong ({some([c.case for c in wrong])})", weights)
+    same, right = [p.case for p in patterns if p.kind == "same factor"], passed(comparisons)
+    if same and len(right) >= 0.2 * len(comparisons):
+        yield Clue(f"the factor is not everybody's: {some(names(right))} passed", {"E": 2, "sensor": -1.5})
     elif same and len(comparisons) >= 5:
-        yield Clue(f"whatever emits, and whatever reflects, is wrong ({_some(same)})", {"sensor": 2})
+        yield Clue(f"whatever emits, and whatever reflects, is wrong ({some(same)})", {"sensor": 2})
 
 
 def _of_lights(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
@@ -99,20 +114,24 @@ def _of_lights(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     plain = [c for c in comparisons if not tables.SPECIAL & set(c.features)]
     delta = [c for c in plain if tables.DELTA & set(c.features)]
     area = [c for c in plain if "area" in c.features]
-    wrong_delta, wrong_area = ([c for c in some if _indirect_fails(c)] for some in (delta, area))
+    wrong_delta, wrong_area = ([c for c in some if indirect_fails(c)] for some in (delta, area))
     if len(delta) < 2 or len(area) < 3 or any(b.verdict == "fail" for c in plain for b in c.bounces[:1]):
         return
     if len(wrong_delta) == len(delta) and wrong_area:
-        text = f"light of points and directions, where nothing is chosen, is wrong too ({_some(_names(wrong_delta))})"
+        text = f"light of points and directions, where nothing is chosen, is wrong too ({some(names(wrong_delta))})"
         yield Clue(text, {"R": 2, "G": 1, "estimator": -2, "E": -1})
     right_delta = all(c.verdict in ("pass", "known") for c in delta)
-    direct = [c for c in wrong_area if _direct_fails(c)]
+    direct = [c for c in wrong_area if direct_fails(c)]
     if right_delta and len(direct) >= max(3, len(area) / 2):
-        text = f"light of lamps with an extent is wrong, that of points and directions right ({_some(_names(delta))})"
+        text = f"light of lamps with an extent is wrong, that of points and directions right ({some(names(delta))})"
         yield Clue(text, {"estimator": 2, "R": -2, "E": 0.5})
+    if (
+        drawn := {f for c in comparisons if c.verdict == "fail" for f in c.features}
+    ) and not drawn & tables.DRAWN:
+        yield Clue("only light of points and directions is wrong, where nothing is drawn", {"estimator": -3})
     sphere = next((c for c in comparisons if c.case == "furnace-sphere"), None)
     if sphere is not None and wrong_area:
-        if sphere.verdict in ("pass", "known"):
+        if sphere.verdict in ("pass", "known") and only_where_hidden(comparisons):
             text = "where nothing hides anything, in furnace-sphere, all is right"
             yield Clue(text, {"G": 1.5, "R": -1.5, "series": -0.5})
         elif sphere.verdict == "fail" and len(wrong_delta) == len(delta):
@@ -122,18 +141,18 @@ def _of_lights(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
 def _of_bounces(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """Direct light right everywhere, later bounces wrong: something that happens on the way."""
     failed = [c for c in comparisons if c.verdict == "fail"]
-    direct = [c for c in comparisons if c.verdict == "pass" and len(_lit_indirect(c)) == 1]
-    if failed and len(direct) >= 3 and not any(_direct_fails(c) or _e_fails(c) for c in failed):
+    direct = [c for c in comparisons if c.verdict == "pass" and len(lit_indirect(c)) == 1]
+    if failed and len(direct) >= 3 and not any(direct_fails(c) or e_fails(c) for c in failed):
         text = f"direct light is right in every case ({len(direct)} of them), later bounces are wrong"
         yield Clue(text, {"series": 2.5, "sampler": 1.5, "R": 0.5})
 
 
 def _of_signs(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """Too bright here and too dark there, by the same kinds of light: numbers that are not what they should be."""
-    direct = [c.bounces[1] for c in comparisons if c.verdict == "fail" and len(_lit_indirect(c)) == 1]
-    wrong = [b for b in direct if _mean_fails(b)]
+    direct = [c.bounces[1] for c in comparisons if c.verdict == "fail" and len(lit_indirect(c)) == 1]
+    wrong = [b for b in direct if mean_fails(b)]
     bright, dark = ([b for b in wrong if sign * b.bias > 0] for sign in (1, -1))
-    kinds = {f for c in comparisons if _direct_fails(c) for f in c.features}
+    kinds = {f for c in comparisons if direct_fails(c) for f in c.features}
     if len(bright) >= 2 and len(dark) >= 2 and {"area", "constant"} <= kinds:
         text = f"direct light is too bright in {len(bright)} cases and too dark in {len(dark)}, of lamps and skies"
         delta = [c for c in comparisons if tables.DELTA & set(c.features)]
@@ -147,30 +166,30 @@ def _of_signs(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
 def _of_shadows(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """Too bright, and only where one thing stands in another's light."""
     failed = [c for c in comparisons if c.verdict == "fail"]
-    direct = [c.bounces[1] for c in failed if _direct_fails(c)]
-    if direct and all(c.case in tables.OCCLUDED for c in failed) and all(b.bias > 0 for b in direct):
-        text = f"only where one thing stands in another's light it is too bright ({_some(_names(failed))})"
+    direct = [c.bounces[1] for c in failed if direct_fails(c)]
+    if direct and only_where_hidden(comparisons) and all(b.bias > 0 for b in direct):
+        text = f"only where one thing stands in another's light it is too bright ({some(names(failed))})"
         yield Clue(text, {"G": 4})
 
 
 def _of_features(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """What all failed scenes have and no other one has."""
-    failed = [_all_features(c) for c in comparisons if c.verdict == "fail"]
-    passed = [_all_features(c) for c in _passed(comparisons)]
-    if not failed or len(passed) < 3:
+    failed = [all_features(c) for c in comparisons if c.verdict == "fail"]
+    right = [all_features(c) for c in passed(comparisons)]
+    if not failed or len(right) < 3:
         return
     common = frozenset.intersection(*failed)
     for feature, weights in tables.FEATURES.items():
-        if feature in common and not any(feature in one for one in passed):
+        if feature in common and not any(feature in one for one in right):
             yield Clue(
-                f"only scenes with {feature} fail ({len(failed)} of {len(failed) + len(passed)})", weights
+                f"only scenes with {feature} fail ({len(failed)} of {len(failed) + len(right)})", weights
             )
 
 
 def _of_materials(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """Only what is not Lambertian is wrong."""
     failed = [c for c in comparisons if c.verdict == "fail"]
-    plain = [c for c in _passed(comparisons) if not tables.SPECIAL & set(c.features)]
+    plain = [c for c in passed(comparisons) if not tables.SPECIAL & set(c.features)]
     if failed and len(plain) >= 5 and all(tables.SPECIAL & set(c.features) for c in failed):
         text = f"what is only Lambertian is right in all {len(plain)} cases"
         yield Clue(text, {"R": 2, "estimator": 0.5})
@@ -178,7 +197,7 @@ def _of_materials(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
 
 def _of_smooth_materials(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """Several materials that have a single direction in common, which no other strategy finds."""
-    failed = [set(c.features) for c in comparisons if _indirect_fails(c)]
+    failed = [set(c.features) for c in comparisons if indirect_fails(c)]
     kinds = {kind for features in failed for kind in tables.SMOOTH & features}
     if len(kinds) >= 2 and all(tables.SMOOTH & features for features in failed):
         text = f"{', '.join(sorted(kinds))} fail alike, all of which reflect into single directions"
@@ -197,75 +216,10 @@ def _of_hints(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
 
 
 def _of_relations(relations: Sequence[RelationResult]) -> Iterator[Clue]:
+    told = {"first-hits": tables.FIRST_HITS, "scaling": tables.SCALING, "partial-sums": tables.PARTIAL_SUMS}
+    said = set[str]()
     for result in relations:
-        if result.verdict == "fail" and result.operator in tables.RELATIONS:
-            text = f"{result.relation} ({result.scene}): {result.message or result.statement}"
-            # closed forms tell more than one image does of another
-            yield Clue(
-                text,
-                tables.FIRST_HITS if result.relation == "first-hits" else tables.RELATIONS[result.operator],
-            )
-
-
-# ---- what comparisons are like
-
-
-def _passed(comparisons: Sequence[Comparison]) -> list[Comparison]:
-    return [c for c in comparisons if c.verdict in ("pass", "known")]
-
-
-def _has_light_from(comparison: Comparison, first: int) -> bool:
-    return any(b.mean > 0.5 * b.truth_mean > 0 for b in comparison.bounces if b.bounce >= first)
-
-
-def _lit_indirect(comparison: Comparison) -> list[int]:
-    return [b.bounce for b in comparison.bounces if b.bounce > 0 and b.truth_mean > 0]
-
-
-def _indirect_fails(comparison: Comparison) -> bool:
-    return any(b.verdict == "fail" for b in comparison.bounces[1:])
-
-
-def _direct_fails(comparison: Comparison) -> bool:
-    return any(b.verdict == "fail" for b in comparison.bounces[1:2])
-
-
-def _e_fails(comparison: Comparison) -> bool:
-    return any(b.verdict == "fail" for b in comparison.bounces[:1])
-
-
-@cache
-def _emitters(name: str) -> int:
-    """How many there are in a scene of the library; 0 of one that is not in it."""
-    if name not in library.CASES:
-        return 0
-    scene = library.case(name).scene
-    return sum(surface.emits for surface in scene.surfaces) + len(scene.lights)
-
-
-def _mean_fails(bounce: BounceResult) -> bool:
-    return bounce.verdict == "fail" and bounce.decided_by == "image"
-
-
-def _all_features(comparison: Comparison) -> frozenset[str]:
-    features = frozenset(comparison.features)
-    more = {
-        "lights infinitely far": bool(tables.FAR & features),
-        "lights at a point": bool({"point", "spot"} & features),
-        "metal": bool({"conductor", "rough_conductor"} & features),
-        "glass": bool({"dielectric", "rough_dielectric"} & features),
-        "an image that is not square": comparison.width != comparison.height,
-        "things that hide others": comparison.case in tables.HIDDEN,
-        "an unusual size": comparison.case in tables.SIZED,
-        "several emitters": _emitters(comparison.case) > 1,
-    }
-    return features | {name for name, has in more.items() if has}
-
-
-def _names(comparisons: Sequence[Comparison]) -> list[str]:
-    return [c.case for c in comparisons]
-
-
-def _some(names: Sequence[str]) -> str:
-    """The first of them, and how many more."""
-    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+        if result.verdict == "fail" and result.relation not in said:
+            said.add(result.relation)
+            weights = told.get(result.relation) or tables.RELATIONS.get(result.operator, {})
+            yield Clue(f"{result.relation} ({result.scene}): {result.message or result.statement}", weights)

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from comparisons.diagnosis.clue import Weights
 from comparisons.diagnosis.patterns import Kind
-from comparisons.results import Operator
-
-Weights = Mapping[Operator, float]
 
 PATTERNS: Mapping[Kind, Weights] = {
     "error": {},
@@ -65,6 +63,9 @@ FEATURES: Mapping[str, Weights] = {
     "disk": SCALED_SHAPE,
     "ellipsoid": SCALED_SHAPE,
     "inward": ROUND_SHAPE,
+    "image texture": {"R": 7.0},  # outweighs that its edges look soft, or its places exchanged
+    "checkerboard texture": {"R": 7.0},
+    "lambertian": {"R": 3.0},
     "mesh": {"G": 3.0},
     "shading normals": {"G": 3.0},
     "polar_range": {"E": 2.0, "estimator": 1.0},
@@ -73,13 +74,16 @@ FEATURES: Mapping[str, Weights] = {
     "lights at a point": {"E": 4.0},
     "metal": {"R": 4.0},
     "glass": {"R": 4.0},
+    "orthographic": {"sensor": 1.0},
+    "thin_lens": {"sensor": 3.0},
+    "irradiance_meter": {"sensor": 3.0},
     "an image that is not square": {"sensor": 5.0},
     "things that hide others": {"G": 5.0},
     "an unusual size": {"G": 5.0},
     "several emitters": {"estimator": 3.0},
 }
 
-FIRST_HITS: Weights = {"G": 4.0}
+FIRST_HITS: Weights = {"G": 4.0}  # closed forms tell more than one image does of another
 RELATIONS: Mapping[str, Weights] = {
     "E": {"E": 2.0},
     "G": {"G": 2.0},
@@ -87,6 +91,8 @@ RELATIONS: Mapping[str, Weights] = {
     "sensor": {"sensor": 2.0},
     "estimator": {"estimator": 2.0},
 }
+SCALING: Weights = {"G": 5.0}  # no other operator knows what a length is
+PARTIAL_SUMS: Weights = {"series": 7.0}
 
 HIDDEN = frozenset(
     (
@@ -122,6 +128,8 @@ OCCLUDED = HIDDEN | {
 
 SIZED = frozenset(("furnace-tiny", "furnace-huge"))
 FAR = frozenset(("directional", "constant", "environment_map", "spherical_harmonics"))
+STRETCHED = frozenset(("disk", "ellipsoid"))
+DRAWN = frozenset(("area", "constant", "environment_map", "spherical_harmonics"))
 DELTA = frozenset(("point", "spot", "directional"))
 SMOOTH = frozenset(("mirror", "conductor", "dielectric"))
 SPECIAL = frozenset(("mirror", "conductor", "dielectric", "rough_conductor", "rough_dielectric", "blend"))

@@ -1,8 +1,7 @@
 """The matrix: every planted fault and every sound variant, put to the suite of cases.
 
-The cases come one after the other, as they would to somebody who knows nothing of the fault. It is caught by the
-first that fails; more follow until the diagnosis is sure, or there are none left. A sound variant goes through all of
-the quick ones.
+A fault is caught by the first case that fails in its trial (``trial.py``). A sound variant must pass, or stay open,
+in every other one of the quick cases: one half of the variants gets one half of the cases, the other the other.
 """
 
 from __future__ import annotations
@@ -12,35 +11,16 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from time import monotonic
 
 import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from comparisons import campaign, relations
 from comparisons.diagnosis import diagnose
 from comparisons.faults import FAULTS, SOUND_VARIANTS
 from comparisons.faults.fault import Fault, Sound
-from comparisons.faults.planting import Named
-from comparisons.faults.suite import QUICK, THOROUGH, case
-from comparisons.relations import RELATIONS, STAGES, Subject, Task
-from comparisons.renderers import Renderer, create
-from comparisons.results import BounceResult, Comparison, Diagnosis, Operator, RelationResult
-from comparisons.settings import Settings, Silent
-
-TRACER = "reference"
-"""What faults are planted in."""
-
-BUDGET, THOROUGH_BUDGET, FIRST_LOOK = 1.5, 15.0, 0.3
-"""Seconds per case, of the quick ones, and of the thorough and those that the quick ones left open."""
-
-LEAST_CASES = 10
-"""Cases before a diagnosis ends a row: they have every kind of light, with what hides it and without."""
-
-CASES_AFTER = 4
-"""Further ones after the first that fails: one failure alone looks like whatever that case is about."""
+from comparisons.faults.trial import Seen, caught, seen
+from comparisons.results import BounceResult, Comparison, Diagnosis, Operator
 
 
 class Row(Struct, frozen=True, kw_only=True):
@@ -162,14 +142,6 @@ def tuned_on(name: str) -> bool:
     return zlib.crc32(name.encode()) % 2 == 0
 
 
-class Seen(Struct, frozen=True, kw_only=True):
-    """All that was seen of one renderer, in the order of the cases."""
-
-    comparisons: list[Comparison]
-    relations: list[RelationResult]
-    seconds: list[float]
-
-
 def rows(names: Sequence[str], jobs: int, seed: int = 0, keep: Path | None = None) -> Iterator[Row]:
     """One row per name, as each is done.
 
@@ -197,34 +169,9 @@ def row(name: str, seed: int = 0, keep: Path | None = None) -> Row:
     return concluded(entry, found)
 
 
-def seen(entry: Fault | Sound, seed: int = 0) -> Seen:
-    """What the first relation and the cases say of it, until that is clear.
-
-    Where no quick case fails, those that were left open are given more time, and the thorough ones follow.
-    """
-    renderer = Named(entry.plant(create(TRACER)), entry.name)
-    found = Seen(comparisons=[], relations=_first_hits(renderer, seed), seconds=[])
-    start = monotonic()
-    with TemporaryDirectory() as folder:
-
-        def run(names: Sequence[str], budget: float) -> None:
-            settings = Settings(budget=budget, seed=seed, first_look=FIRST_LOOK)
-            for comparison in campaign.run(map(case, names), [renderer], settings, Path(folder), Silent()):
-                found.comparisons.append(comparison)
-                found.seconds.append(monotonic() - start)
-                if isinstance(entry, Fault) and _clear(found):
-                    return
-
-        run(QUICK, BUDGET)
-        if isinstance(entry, Fault) and not entry.unseen and _caught(found) is None:
-            left_open = [c.case for c in found.comparisons if c.verdict == "inconclusive"]
-            run([*left_open, *THOROUGH], THOROUGH_BUDGET)
-    return found
-
-
 def concluded(entry: Fault | Sound, found: Seen) -> Row:
     """The row that this makes."""
-    first = _caught(found)
+    first = caught(found)
     row = Row(
         name=entry.name,
         what=entry.what,
@@ -246,29 +193,8 @@ def concluded(entry: Fault | Sound, found: Seen) -> Row:
         bounce=bounce,
         bias=bias,
         detectable_bias=detectable,
-        diagnosis=diagnose(found.comparisons, found.relations),
+        diagnosis=diagnose(found.comparisons, found.relations, found.others),
     )
-
-
-def _first_hits(renderer: Renderer, seed: int) -> list[RelationResult]:
-    relation = RELATIONS["first-hits"]
-    tasks = [Task(relation, Subject(name, STAGES[name]())) for name in relation.scenes]
-    return list(relations.run(tasks, [renderer], Settings(seed=seed), Silent()))
-
-
-def _clear(found: Seen) -> bool:
-    """Whether further cases would hardly change what is said of it."""
-    first = _caught(found)
-    if first is None or len(found.comparisons) < max(LEAST_CASES, first + 1 + CASES_AFTER):
-        return False
-    late = len(found.comparisons) > len(QUICK)
-    return late or diagnose(found.comparisons, found.relations).suspect is not None
-
-
-def _caught(found: Seen) -> int | None:
-    """The first case that failed."""
-    wrong = (i for i, one in enumerate(found.comparisons) if one.verdict in ("fail", "error"))
-    return next(wrong, None)
 
 
 def _worst(comparison: Comparison) -> tuple[int | None, float | None, float | None]:

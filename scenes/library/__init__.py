@@ -24,6 +24,7 @@ from scenes.library import (
     sides,
     spectral,
     specular,
+    textures,
 )
 from scenes.names import look_up
 
@@ -37,6 +38,7 @@ FAMILIES = (
     direct_light_of_lights,
     rectangles,
     sides,
+    textures,
     cie_171,
     mirrors,
     specular,

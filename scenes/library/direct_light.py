@@ -333,6 +333,18 @@ def block_over_plane() -> Case:
     )
 
 
+def lamp_turned_away() -> Case:
+    """Two lamps, of which one shows the floor its back."""
+    away = Quad((0.5, 1.0, -0.9), (0.2, 0.1, 0.9), (0.8, -0.1, 0.0))
+    return direct_case(
+        "lamp-turned-away",
+        "A lamp turned away from the floor, which gives nothing, beside one that lights it",
+        (floor(), _lamp(_PANEL), _lamp(away, "turned-away")),
+        f"Lamps emit from their front alone, and the second one's is turned to the sky. {_POLYGON}",
+        _LAMBERT,
+    )
+
+
 def screened_lamp() -> Case:
     """A black screen inside the outline of the lamp."""
     lamp = Quad((-1.7, 2.0, -1.7), (1.8, 0.0, 0.0), (0.0, 0.0, 1.6))
@@ -379,6 +391,7 @@ CASES: Mapping[str, Callable[[], Case]] = {
     "elliptical-disk-over-plane": elliptical_disk_over_plane,
     "ellipsoid-over-plane": ellipsoid_over_plane,
     "block-over-plane": block_over_plane,
+    "lamp-turned-away": lamp_turned_away,
     "screened-lamp": screened_lamp,
     "lamp-over-a-wall": lamp_over_a_wall,
 }

@@ -1,0 +1,131 @@
+"""A trial: a planted fault, or a sound variant, put to the suite of cases.
+
+The cases come one after the other, as they would to somebody who knows nothing of the fault. Into the first that fail
+there is an inquiry, and more cases follow until the diagnosis is sure, or there are none left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import monotonic
+
+from msgspec import Struct
+
+from comparisons import campaign, relations
+from comparisons.diagnosis import diagnose, inquiry
+from comparisons.diagnosis.ways import WAYS
+from comparisons.faults import SOUND_VARIANTS
+from comparisons.faults.fault import Fault, Sound
+from comparisons.faults.planting import Named
+from comparisons.faults.suite import QUICK, THOROUGH, case
+from comparisons.relations import RELATIONS, STAGES, Subject, Task
+from comparisons.renderers import Renderer, create
+from comparisons.results import Comparison, RelationResult
+from comparisons.settings import Settings, Silent
+
+TRACER = "reference"
+"""What faults are planted in."""
+
+BUDGET, THOROUGH_BUDGET, FIRST_LOOK = 1.2, 8.0, 0.2
+"""Seconds per case, of the quick ones, and of the thorough and those that the quick ones left open."""
+
+INQUIRY = Settings(budget=1.0, first_look=0.2)
+"""How to ask again about the first cases that fail."""
+
+LEAST_CASES = 8
+"""Cases before a diagnosis ends a row: they have every kind of light, with what hides it and without."""
+
+CASES_AFTER = 3
+"""Further ones after the first that fails: one failure alone looks like whatever that case is about."""
+
+
+class Seen(Struct, frozen=True, kw_only=True):
+    """All that was seen of one renderer.
+
+    Attributes:
+        comparisons: in the order of the cases.
+        relations, others: what inquiries found; see ``diagnosis.inquiry``.
+        seconds: since the start, when each comparison was done.
+    """
+
+    comparisons: list[Comparison] = []
+    relations: list[RelationResult] = []
+    others: list[Comparison] = []
+    seconds: list[float] = []
+
+
+def seen(entry: Fault | Sound, seed: int = 0) -> Seen:
+    """What the first relation and the cases say of it, until that is clear.
+
+    Where no quick case fails, those that were left open are given more time, and the thorough ones follow.
+    """
+    renderer = Named(entry.plant(create(TRACER)), entry.name)
+    ways = [Named(entry.plant(create(way)), way) for way in WAYS]
+    found, start = Seen(relations=_first_hits(renderer, seed)), monotonic()
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+
+        def run(names: Sequence[str], budget: float) -> None:
+            settings = Settings(budget=budget, seed=seed, first_look=FIRST_LOOK)
+            for comparison in campaign.run(map(case, names), [renderer], settings, folder, Silent()):
+                found.comparisons.append(comparison)
+                found.seconds.append(monotonic() - start)
+                if comparison.verdict == "fail":
+                    _inquire(comparison.case, renderer, ways, replace(INQUIRY, seed=seed), folder, found)
+                if isinstance(entry, Fault) and _clear(found):
+                    return
+
+        run(_quick(entry), BUDGET)
+        if isinstance(entry, Fault) and not entry.unseen and caught(found) is None:
+            run(THOROUGH, THOROUGH_BUDGET)
+        if isinstance(entry, Fault) and not entry.unseen and caught(found) is None:
+            run([c.case for c in found.comparisons if c.verdict == "inconclusive"], THOROUGH_BUDGET)
+    return found
+
+
+def _quick(entry: Fault | Sound) -> Sequence[str]:
+    """All quick cases for a fault, every other one for a sound variant: half the time, and each case all the same."""
+    if isinstance(entry, Fault):
+        return QUICK
+    return QUICK[list(SOUND_VARIANTS).index(entry.name) % 2 :: 2]
+
+
+def _inquire(
+    name: str,
+    renderer: Renderer,
+    ways: Sequence[Renderer],
+    settings: Settings,
+    folder: Path,
+    found: Seen,
+) -> None:
+    """Add what is found out about a case that failed, if it is one of the first."""
+    so_far = len({c.case for c in found.others})
+    if so_far < inquiry.CASES:
+        asked = inquiry.RELATIONS if so_far == 0 else ("first-hits",)
+        answers, others = inquiry.inquire(case(name), asked, renderer, ways, settings, folder)
+        found.relations.extend(answers)
+        found.others.extend(others)
+
+
+def _first_hits(renderer: Renderer, seed: int) -> list[RelationResult]:
+    relation = RELATIONS["first-hits"]
+    tasks = [Task(relation, Subject(name, STAGES[name]())) for name in relation.scenes]
+    return list(relations.run(tasks, [renderer], Settings(seed=seed), Silent()))
+
+
+def _clear(found: Seen) -> bool:
+    """Whether further cases would hardly change what is said of it."""
+    first = caught(found)
+    if first is None or len(found.comparisons) < max(LEAST_CASES, first + 1 + CASES_AFTER):
+        return False
+    late = len(found.comparisons) > len(QUICK)
+    return late or diagnose(found.comparisons, found.relations, found.others).suspect is not None
+
+
+def caught(found: Seen) -> int | None:
+    """The first case that failed."""
+    wrong = (i for i, one in enumerate(found.comparisons) if one.verdict in ("fail", "error"))
+    return next(wrong, None)
