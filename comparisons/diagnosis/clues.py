@@ -42,6 +42,7 @@ def clues(
         *_of_errors(comparisons),
         *_of_patterns(comparisons, patterns),
         *_of_emission(comparisons, patterns),
+        *_of_all(comparisons),
         *_of_lights(comparisons),
         *_of_bounces(comparisons),
         *_of_signs(comparisons),
@@ -87,7 +88,7 @@ def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
     whole = [c for c in lit if c not in wrong and any(mean_fails(b) for b in c.bounces[1:])]
     if whole and not any(h.kinds != ["scaled"] for c in whole for h in c.hints):
         text = f"E is right where later bounces are not ({some(names(whole))})"
-        yield Clue(text, {"sensor": -6, "E": -1})
+        yield Clue(text, {"sensor": -3, "E": -1})
     if only_lamps(comparisons):
         text = (
             f"what lamps with an extent don't light is right ({some(names(not_lit_by_lamps(comparisons)))})"
@@ -107,6 +108,19 @@ def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
         yield Clue(f"the factor is not everybody's: {some(names(right))} passed", {"E": 2, "sensor": -1.5})
     elif same and len(comparisons) >= 5:
         yield Clue(f"whatever emits, and whatever reflects, is wrong ({some(same)})", {"sensor": 2})
+
+
+def _of_all(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
+    """Everything is wrong, whatever shines and whatever reflects: what all have in common is the image."""
+    failed, right = [c for c in comparisons if c.verdict == "fail"], passed(comparisons)
+    kinds = {f for c in failed for f in c.features}
+    reflects = [c for c in failed if "lambertian" not in c.features]
+    shines = [kind for kind in (tables.DELTA, {"area"}, tables.FAR) if kind & kinds]
+    if len(failed) >= 6 and len(right) <= len(failed) / 10 and reflects and len(shines) >= 2:
+        yield Clue(
+            f"all but {len(right)} of {len(failed) + len(right)} cases fail, whatever they are of",
+            {"sensor": 4},
+        )
 
 
 def _of_lights(comparisons: Sequence[Comparison]) -> Iterator[Clue]:

@@ -11,19 +11,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from comparisons import campaign, relations
-from comparisons.relations import Subject, Task
+from comparisons.relations import CHEAP_WALKS, Subject, Task
 from comparisons.renderers import Renderer
 from comparisons.results import Comparison, RelationResult
 from comparisons.settings import Settings, Silent
-from scenes import Case
+from scenes import Case, Scene
 
 RELATIONS = ("first-hits", "scaling", "partial-sums")
 
 CASES, BUDGET = 2, 2.0
 """How many of the cases that failed are asked about, and seconds for each question."""
 
-MOST_BOUNCES = 3
-"""Of the scaled scene: whatever rays miss, they miss early."""
+MOST_BOUNCES, PIXELS = 3, 24
+"""Of what relations look at, and along its smaller side: what rays miss they miss early, and much of it."""
 
 
 def inquire(
@@ -44,8 +44,14 @@ def inquire(
         settings: of each question.
         folder: for the images.
     """
-    subject = Subject(case.name, case.scene, min(case.bounces, MOST_BOUNCES), case.wavelengths)
-    tasks = [Task(relations.RELATIONS[name], subject) for name in asked]
+    subject = Subject(case.name, _small(case.scene), min(case.bounces, MOST_BOUNCES), case.wavelengths)
+    tasks = [Task(relations.RELATIONS[name], subject, walks=CHEAP_WALKS) for name in asked]
     answers = list(relations.run(tasks, [renderer], settings, Silent()))
     others = campaign.run([case], ways, settings, folder, Silent()) if ways else ()
     return answers, list(others)
+
+
+def _small(scene: Scene) -> Scene:
+    height, width, _ = scene.shape
+    shrink = max(1.0, min(height, width) / PIXELS)
+    return scene.resized(round(width / shrink), round(height / shrink)) if shrink > 1 else scene

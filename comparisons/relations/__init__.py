@@ -22,6 +22,7 @@ from scenes import Tolerance
 
 __all__ = [
     "CHEAP_BUDGET",
+    "CHEAP_WALKS",
     "DEFAULT_BOUNCES",
     "RELATIONS",
     "STAGES",
