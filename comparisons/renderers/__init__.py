@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
 
+from comparisons.renderers.mitsuba_names import FAMILY, LAST_BOUNCE, Form, is_of_family, parse
 from comparisons.renderers.protocol import (
     Hits,
     Images,
@@ -47,6 +48,7 @@ class Entry:
         package: the distribution that it needs besides this one's own.
         deterministic: whether it has no noise, so that every seed gives the same image.
         one_walk: whether a bounce brings all earlier ones along for nothing.
+        last_bounce: beyond which it has none; None for no limit.
     """
 
     title: str
@@ -56,6 +58,12 @@ class Entry:
     package: str = "lightproof"
     deterministic: bool = False
     one_walk: bool = False
+    last_bounce: int | None = None
+
+
+def _mitsuba(form: Form) -> Entry:
+    last = LAST_BOUNCE.get(form.integrator)
+    return Entry(form.title, "mitsuba", "MitsubaRenderer", ":".join(form), FAMILY, last_bounce=last)
 
 
 RENDERERS: Mapping[str, Entry] = MappingProxyType(
@@ -84,9 +92,7 @@ RENDERERS: Mapping[str, Entry] = MappingProxyType(
             "bsdf",
             one_walk=True,
         ),
-        "mitsuba:scalar_rgb": Entry(
-            "Mitsuba 3, integrator path", "mitsuba", "MitsubaRenderer", "scalar_rgb", "mitsuba"
-        ),
+        Form().name: _mitsuba(Form()),
     }
 )
 
@@ -106,6 +112,8 @@ def canonical(name: str) -> str:
         UnknownNameError: there is no such renderer.
     """
     full = SHORT_NAMES.get(name, name)
+    if is_of_family(full):
+        return parse(full).name
     look_up("renderer", full, {**dict.fromkeys(SHORT_NAMES), **RENDERERS})
     return full
 
@@ -117,7 +125,7 @@ def strategies_of(name: str) -> tuple[str, ...]:
 
 def traits(name: str) -> Entry:
     """What is declared of a renderer; nothing out of the ordinary for one that is not listed."""
-    return RENDERERS.get(name, Entry("", "", "", ""))
+    return _mitsuba(parse(name)) if is_of_family(name) else RENDERERS.get(name, Entry("", "", "", ""))
 
 
 def create(name: str) -> Renderer:
@@ -127,6 +135,6 @@ def create(name: str) -> Renderer:
         UnknownNameError: there is no such renderer.
         ImportError: its packages are not installed.
     """
-    entry = RENDERERS[canonical(name)]
+    entry = traits(canonical(name))
     adapter: Callable[[str], Renderer] = getattr(import_module(f"{__name__}.{entry.module}"), entry.adapter)
     return adapter(entry.argument)
