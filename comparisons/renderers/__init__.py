@@ -8,6 +8,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from comparisons.renderers.mitsuba_names import FAMILY, LAST_BOUNCE, Form, is_of_family, parse
+from comparisons.renderers.mitsuba_samplers import unit
 from comparisons.renderers.protocol import (
     Hits,
     Images,
@@ -49,6 +50,7 @@ class Entry:
         deterministic: whether it has no noise, so that every seed gives the same image.
         one_walk: whether a bounce brings all earlier ones along for nothing.
         last_bounce: beyond which it has none; None for no limit.
+        spp_unit: its samples per pixel come in multiples of this.
     """
 
     title: str
@@ -59,11 +61,19 @@ class Entry:
     deterministic: bool = False
     one_walk: bool = False
     last_bounce: int | None = None
+    spp_unit: int = 1
 
 
 def _mitsuba(form: Form) -> Entry:
-    last = LAST_BOUNCE.get(form.integrator)
-    return Entry(form.title, "mitsuba", "MitsubaRenderer", ":".join(form), FAMILY, last_bounce=last)
+    return Entry(
+        form.title,
+        "mitsuba",
+        "MitsubaRenderer",
+        ":".join(form),
+        FAMILY,
+        last_bounce=LAST_BOUNCE.get(form.integrator),
+        spp_unit=unit(form),
+    )
 
 
 RENDERERS: Mapping[str, Entry] = MappingProxyType(

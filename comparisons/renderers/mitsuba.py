@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from comparisons.renderers.mitsuba_colours import colours
 from comparisons.renderers.mitsuba_first_hits import first_hits
-from comparisons.renderers.mitsuba_integrators import Pass, difference, passes, production, properties
+from comparisons.renderers.mitsuba_integrators import difference, passes, production, properties
 from comparisons.renderers.mitsuba_llvm import ensure_llvm
 from comparisons.renderers.mitsuba_names import FAMILY, Form, parse
 from comparisons.renderers.mitsuba_particles import refuse_what_particles_cannot_reach
@@ -38,7 +38,6 @@ from scenes import Lambertian, Scene
 
 Array = NDArray[np.float64]
 Dict = dict[str, Any]
-Rendered = dict[Any, Array]
 
 
 class StandIns(Protocol):
@@ -74,6 +73,7 @@ class MitsubaRenderer:
         drjit.set_thread_count(1)  # work is split over processes, by replicate
         if stand_ins:
             stand_ins.register()
+        self._compiled = set[Any]()
         self._load = lru_cache(maxsize=8)(self._load_scene)  # relations take scenes in turn
 
     def version(self) -> str:
@@ -89,15 +89,16 @@ class MitsubaRenderer:
         harm.
         """
         differences = [difference(self._form, k) for k in bounces]
-        images = passes(differences)
+        images = {
+            image: (_black(scene) if image.black else scene, properties(self._form, image))
+            for image in passes(differences)
+        }
         total, sums = np.zeros((len(bounces), *scene.shape)), np.zeros(len(bounces))
-        number = 0
-        for partial_sums in self._partial_sums(scene, images, spp, seed):
-            number += 1
-            total += [partial_sums[more] - (partial_sums[less] if less else 0) for more, less in differences]
-            sums += [partial_sums[more].mean() for more, _ in differences]
+        for weight, sum_of in self._rendered(scene, images, spp, seed):
+            total += [weight * (sum_of[more] - (sum_of[less] if less else 0)) for more, less in differences]
+            sums += [weight * sum_of[more].mean() for more, _ in differences]
         _refuse_cancellation(bounces, total.mean(axis=(1, 2, 3)), sums)
-        return total / number
+        return total
 
     def total(self, scene: Scene, spp: int, seed: int) -> Array:
         """The sum of all bounces by the integrator as it is: unlimited depth, Russian roulette on.
@@ -106,37 +107,55 @@ class MitsubaRenderer:
             ``(height, width, channels)``.
         """
         made = {"all": (scene, production(self._form))}
-        rendered = [images["all"] for images in self._rendered(scene, made, spp, seed)]
-        return np.asarray(np.mean(rendered, axis=0))
+        mean = np.zeros(scene.shape)
+        for weight, images in self._rendered(scene, made, spp, seed):
+            mean += weight * images["all"]
+        return mean
 
     def first_hits(self, scene: Scene) -> Hits:
         """Its camera's rays through the centres of pixels, met by its ``ray_intersect``; see the protocol."""
         self._set_variant()
         return first_hits(self._mi, self._load(scene), scene, self._form)
 
-    def _partial_sums(self, scene: Scene, images: Sequence[Pass], spp: int, seed: int) -> Iterator[Rendered]:
-        """Call after call, all these images with the same seed."""
-        made = {
-            image: (_black(scene) if image.black else scene, properties(self._form, image))
-            for image in images
-        }
-        return self._rendered(scene, made, spp, seed)
-
     def _rendered(
-        self, scene: Scene, made: Mapping[Any, tuple[Scene, Dict]], spp: int, seed: int
-    ) -> Iterator[Rendered]:
+        self, scene: Scene, wanted: Mapping[Any, tuple[Scene, Dict]], spp: int, seed: int
+    ) -> Iterator[tuple[float, dict[Any, Array]]]:
+        """Call after call its weight and all images that are wanted, with the same seed.
+
+        Args:
+            scene: for its size and channels.
+            wanted: by any key, a scene and an integrator's dictionary.
+            spp, seed: as asked for.
+        """
         self._set_variant()
         read = colours(self._mi, self._form, scene.channels).radiance
-        ready = {key: (self._load(part), self._integrator(own)) for key, (part, own) in made.items()}
+        ready = {key: (self._load(part), self._integrator(own)) for key, (part, own) in wanted.items()}
+        if self._form.compiled:
+            self._compile_ahead(wanted, ready)
         height, width, _ = scene.shape
-        count, per_call = calls(self._form, spp, height * width)
-        for stream in np.random.default_rng(seed).integers(2**32 // (height * width), size=count).tolist():
-            yield {
-                key: read(
-                    np.array(self._mi.render(part, integrator=own, spp=per_call, seed=stream), np.float64)
-                )
+        samples = calls(self._form, spp, height * width)
+        seeds = np.random.default_rng(seed).integers(2**32 // (height * width), size=len(samples))
+        for count, stream in zip(samples, seeds.tolist(), strict=True):
+            options = {"spp": count, "seed": stream}
+            rendered = {
+                key: np.array(self._mi.render(part, integrator=own, **options), dtype=np.float64)
                 for key, (part, own) in ready.items()
             }
+            yield count / sum(samples), {key: read(image) for key, image in rendered.items()}
+
+    def _compile_ahead(
+        self, wanted: Mapping[Any, tuple[Scene, Dict]], ready: Mapping[Any, tuple[Any, Any]]
+    ) -> None:
+        """Take the time for compiling once, at the first image, whose time nobody takes for that of others.
+
+        What it compiles differs below four samples per pixel and from there on.
+        """
+        for key, (part, own) in wanted.items():
+            new = (part, tuple(own.items()))
+            if new not in self._compiled:
+                self._compiled.add(new)
+                for spp in (1, 4):
+                    self._mi.render(ready[key][0], integrator=ready[key][1], spp=spp)
 
     def _set_variant(self) -> None:
         # it is the process's, not ours: another renderer of this process may have another
