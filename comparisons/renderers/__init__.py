@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
 
-from comparisons.renderers.mitsuba_names import FAMILY, LAST_BOUNCE, Form, is_of_family, parse
-from comparisons.renderers.mitsuba_samplers import unit
+from comparisons.renderers.entry import Entry
+from comparisons.renderers.mitsuba_names import entry_of, full_name
 from comparisons.renderers.protocol import (
     Hits,
     Images,
@@ -38,44 +37,6 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A renderer that can be asked for.
-
-    Attributes:
-        title: one line.
-        module, adapter, argument: which class to make, and with what. It is imported in the worker process
-            that runs it, and nowhere else.
-        package: the distribution that it needs besides this one's own.
-        deterministic: whether it has no noise, so that every seed gives the same image.
-        one_walk: whether a bounce brings all earlier ones along for nothing.
-        last_bounce: beyond which it has none; None for no limit.
-        spp_unit: its samples per pixel come in multiples of this.
-    """
-
-    title: str
-    module: str
-    adapter: str
-    argument: str
-    package: str = "lightproof"
-    deterministic: bool = False
-    one_walk: bool = False
-    last_bounce: int | None = None
-    spp_unit: int = 1
-
-
-def _mitsuba(form: Form) -> Entry:
-    return Entry(
-        form.title,
-        "mitsuba",
-        "MitsubaRenderer",
-        ":".join(form),
-        FAMILY,
-        last_bounce=LAST_BOUNCE.get(form.integrator),
-        spp_unit=unit(form),
-    )
-
-
 RENDERERS: Mapping[str, Entry] = MappingProxyType(
     {
         "reference:mis": Entry(
@@ -102,7 +63,7 @@ RENDERERS: Mapping[str, Entry] = MappingProxyType(
             "bsdf",
             one_walk=True,
         ),
-        Form().name: _mitsuba(Form()),
+        **{name: entry for name in ("mitsuba:scalar_rgb",) if (entry := entry_of(name))},
     }
 )
 
@@ -121,10 +82,9 @@ def canonical(name: str) -> str:
     Raises:
         UnknownNameError: there is no such renderer.
     """
-    full = SHORT_NAMES.get(name, name)
-    if is_of_family(full):
-        return parse(full).name
-    look_up("renderer", full, {**dict.fromkeys(SHORT_NAMES), **RENDERERS})
+    full = full_name(SHORT_NAMES.get(name, name))
+    if entry_of(full) is None:
+        look_up("renderer", full, {**dict.fromkeys(SHORT_NAMES), **RENDERERS})
     return full
 
 
@@ -135,7 +95,7 @@ def strategies_of(name: str) -> tuple[str, ...]:
 
 def traits(name: str) -> Entry:
     """What is declared of a renderer; nothing out of the ordinary for one that is not listed."""
-    return _mitsuba(parse(name)) if is_of_family(name) else RENDERERS.get(name, Entry("", "", "", ""))
+    return entry_of(name) or RENDERERS.get(name, Entry("", "", "", ""))
 
 
 def create(name: str) -> Renderer:

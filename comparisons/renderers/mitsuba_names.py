@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from comparisons.renderers.entry import Entry
 from scenes.names import UnknownNameError
 
 FAMILY = "mitsuba"
@@ -37,6 +38,9 @@ _PARTS = {"variant": VARIANTS, "integrator": INTEGRATORS, "sampler": SAMPLERS}
 
 LAST_BOUNCE = {"direct": 1}
 """Of integrators that don't go on for ever."""
+
+SPP_UNIT = {"stratified": 64, "multijitter": 64, "orthogonal": 49, "ldsampler": 64}
+"""Samples per pixel that belong together; see ``mitsuba_samplers``."""
 
 
 class FormError(UnknownNameError):
@@ -111,6 +115,44 @@ def parse(name: str) -> Form:
         works = form._replace(variant="llvm_ad_rgb").name
         raise FormError(f"{name}: prb needs a variant that Dr.Jit compiles, such as {works}")
     return form
+
+
+def entry_of(name: str) -> Entry | None:
+    """What is known of a form of Mitsuba before it is loaded; None for a name that is none of the family.
+
+    Raises:
+        FormError: see ``parse``.
+    """
+    if not is_of_family(name):
+        return None
+    form = parse(name)
+    return Entry(
+        form.title,
+        "mitsuba",
+        "MitsubaRenderer",
+        ":".join(form),
+        FAMILY,
+        last_bounce=LAST_BOUNCE.get(form.integrator),
+        spp_unit=SPP_UNIT.get(form.sampler, 1),
+    )
+
+
+def full_name(name: str) -> str:
+    """The full name of a form, by any of its names; any other name is left as it is.
+
+    Raises:
+        FormError: see ``parse``.
+    """
+    return parse(name).name if is_of_family(name) else name
+
+
+def spelled_out(name: str) -> str:
+    """The name of a form with all of its four parts; any other name is left as it is.
+
+    Raises:
+        FormError: see ``parse``.
+    """
+    return parse(name).spelled_out if is_of_family(name) else name
 
 
 def shown() -> tuple[Form, ...]:

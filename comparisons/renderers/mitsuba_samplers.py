@@ -11,28 +11,21 @@ it gets wrong depends on how many there are. So each has its number, one that it
 | ``orthogonal`` | 49 = 7²; the root has to be a prime |
 | ``ldsampler`` | 64 = 4³; a power of four |
 
-Samples per pixel of a replicate are a multiple of ``unit``; where other numbers are asked for, there are more.
+Samples per pixel of a replicate are a multiple of ``SPP_UNIT``; where other numbers are asked for, there are more.
 """
 
 from __future__ import annotations
 
 import math
 
-from comparisons.renderers.mitsuba_names import Form
-
-_PER_CALL = {"stratified": 64, "multijitter": 64, "orthogonal": 49, "ldsampler": 64}
+from comparisons.renderers.mitsuba_names import SPP_UNIT, Form
 
 _MOST_PATHS = 1 << 20
 
 
-def unit(form: Form) -> int:
-    """Samples per pixel that belong together."""
-    return _PER_CALL.get(form.sampler, 1)
-
-
 def calls(form: Form, spp: int, pixels: int) -> list[int]:
-    """Samples per pixel of each call, ``spp`` together: a multiple of ``unit``, rounded up."""
-    together = unit(form)
+    """Samples per pixel of each call, ``spp`` together: a multiple of ``SPP_UNIT``, rounded up."""
+    together = SPP_UNIT.get(form.sampler, 1)
     if together > 1:
         return [together] * math.ceil(spp / together)
     if form.compiled:
