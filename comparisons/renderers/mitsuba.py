@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from comparisons.renderers.mitsuba_colours import colours
 from comparisons.renderers.mitsuba_first_hits import first_hits
-from comparisons.renderers.mitsuba_integrators import difference, passes, production, properties
+from comparisons.renderers.mitsuba_integrators import coupled, difference, passes, production, properties
 from comparisons.renderers.mitsuba_llvm import ensure_llvm
 from comparisons.renderers.mitsuba_names import FAMILY, Form, parse
 from comparisons.renderers.mitsuba_particles import refuse_what_particles_cannot_reach
@@ -97,7 +97,8 @@ class MitsubaRenderer:
         for weight, sum_of in self._rendered(scene, images, spp, seed):
             total += [weight * (sum_of[more] - (sum_of[less] if less else 0)) for more, less in differences]
             sums += [weight * sum_of[more].mean() for more, _ in differences]
-        _refuse_cancellation(bounces, total.mean(axis=(1, 2, 3)), sums)
+        if coupled(self._form):  # if not, noise is larger than what precision takes
+            _refuse_cancellation(bounces, total.mean(axis=(1, 2, 3)), sums)
         return total
 
     def total(self, scene: Scene, spp: int, seed: int) -> Array:
@@ -150,11 +151,12 @@ class MitsubaRenderer:
 
         What it compiles differs below four samples per pixel and from there on.
         """
+        unit = self._form.spp_unit
         for key, (part, own) in wanted.items():
             new = (part, tuple(own.items()))
             if new not in self._compiled:
                 self._compiled.add(new)
-                for spp in (1, 4):
+                for spp in [unit] if unit > 1 else [1, 4]:
                     self._mi.render(ready[key][0], integrator=ready[key][1], spp=spp)
 
     def _set_variant(self) -> None:

@@ -7,10 +7,10 @@
 
 The two images of a difference are rendered with the same seed. Where each path has random numbers of its own that do
 not depend on how many were drawn before it, they share their paths, and the difference is the single term with the
-noise of that term alone. That is so in compiled variants, and with one sample per call in scalar ones. The particles
-of ``ptracer`` in a scalar variant draw from few common streams: there the two are as good as independent. So as not
-to have the noise of E in it as well, their difference is taken with ``hide_emitters``, which leaves out E and nothing
-else.
+noise of that term alone. That is so in compiled variants, and in scalar ones with one sample per call, or with
+``ldsampler``, which has its numbers from no stream. With other samplers in scalar variants the two are as good as
+independent, which is noisy and no less right, and so are the particles of ``ptracer`` there. Its difference is taken
+with ``hide_emitters``, which leaves out E, with its noise, and nothing else.
 
 Russian roulette is off: ``rr_depth`` is huge. In what ``production`` returns it is on.
 """
@@ -45,7 +45,7 @@ Difference = tuple[Pass, Pass | None]
 
 def coupled(form: Form) -> bool:
     """Whether two depths share their paths."""
-    return form.compiled or form.integrator != "ptracer"
+    return form.compiled or (form.integrator != "ptracer" and form.sampler in {"independent", "ldsampler"})
 
 
 def difference(form: Form, bounce: int) -> Difference:
@@ -61,7 +61,7 @@ def difference(form: Form, bounce: int) -> Difference:
         return (Pass(None), black) if bounce else (black, None)
     if bounce == 0:
         return Pass(1), None
-    hide = not coupled(form)
+    hide = form.integrator == "ptracer" and not coupled(form)
     nothing = hide and bounce == 1  # E is what it would hold
     return Pass(bounce + 1, hide_emitters=hide), None if nothing else Pass(bounce, hide_emitters=hide)
 

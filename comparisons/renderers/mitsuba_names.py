@@ -39,8 +39,8 @@ _PARTS = {"variant": VARIANTS, "integrator": INTEGRATORS, "sampler": SAMPLERS}
 LAST_BOUNCE = {"direct": 1}
 """Of integrators that don't go on for ever."""
 
-SPP_UNIT = {"stratified": 64, "multijitter": 64, "orthogonal": 49, "ldsampler": 64}
-"""Samples per pixel that belong together; see ``mitsuba_samplers``."""
+_TOGETHER = {"stratified": 64, "multijitter": 64, "orthogonal": 49, "ldsampler": 64}
+_COMPILED_PARTICLES = 16
 
 
 class FormError(UnknownNameError):
@@ -67,6 +67,12 @@ class Form(NamedTuple):
     def spectral(self) -> bool:
         """Whether the variant computes with wavelengths."""
         return self.variant.endswith("spectral")
+
+    @property
+    def spp_unit(self) -> int:
+        """Samples per pixel come in multiples of this; see ``mitsuba_samplers``."""
+        particles = self.compiled and self.integrator == "ptracer"
+        return _TOGETHER.get(self.sampler, _COMPILED_PARTICLES if particles else 1)
 
     @property
     def name(self) -> str:
@@ -133,7 +139,7 @@ def entry_of(name: str) -> Entry | None:
         ":".join(form),
         FAMILY,
         last_bounce=LAST_BOUNCE.get(form.integrator),
-        spp_unit=SPP_UNIT.get(form.sampler, 1),
+        spp_unit=form.spp_unit,
     )
 
 

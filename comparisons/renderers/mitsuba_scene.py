@@ -219,7 +219,8 @@ def _sphere(mi: Any, surface: Surface) -> Dict:
     axis = _zone_axis(surface)
     axes = np.eye(3) if axis == _Z else _frame(axis)
     to_world = _placed(mi, surface.shape.radius * axes, surface.shape.center)
-    return {"type": "sphere", "to_world": to_world, "flip_normals": surface.shape.inward}
+    inside = {"flip_normals": True} if surface.shape.inward else {}
+    return {"type": "sphere", "to_world": to_world} | inside
 
 
 def _mesh(mi: Any, mesh: Mesh, file: Path) -> Dict:
