@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comparisons.renderers.mitsuba import MitsubaRenderer
+from comparisons.renderers.mitsuba_colours import RGB
+from comparisons.renderers.mitsuba_integrators import Pass, properties
+from comparisons.renderers.mitsuba_names import Form
 from comparisons.renderers.mitsuba_scene import sensor_dict
 from reference_tracer.random_walk import render
 from reference_tracer.samplers import SamplerName
@@ -35,7 +38,7 @@ class Mitsuba:
         self._adapter = MitsubaRenderer("scalar_rgb")
         self._mi: Any = self._adapter._mi
         self._scene = self._adapter._load(SCENE)
-        self._paths = [self._adapter._path(depth) for depth in range(1, BOUNCES + 2)]
+        self._paths = [self._mi.load_dict(properties(Form(), Pass(d))) for d in range(1, BOUNCES + 2)]
 
     def sum(self, spp: int) -> Side:
         """The sum of all bounces, in one render of the full depth."""
@@ -51,7 +54,7 @@ class Mitsuba:
         ``orthogonal`` takes the square of a prime: the next one. Its time is that of so many.
         """
         count = next(p * p for p in _PRIMES if p * p >= spp) if sampler == "orthogonal" else spp
-        description = sensor_dict(self._mi, SCENE.sensor)
+        description = sensor_dict(RGB(self._mi), SCENE.sensor)
         film = self._mi.load_dict(description | {"sampler": {"type": sampler, "sample_count": count}})
 
         def bounces(seed: int) -> Array:

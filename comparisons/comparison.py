@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -56,15 +57,16 @@ class Comparing:
         guest: InProcess | None = None,
     ) -> None:
         """Of a renderer by its name; or of the guest, an object of this process, which is the crew then."""
-        self.case, self.truth, self.settings, self.crew, self.observer = case, truth, settings, crew, observer
         full_name = guest.name if guest else canonical(renderer)
         self.shown_name, (self.name, self.notes) = renderer, _judged_as(case, full_name)
-        self.notes += _noise_of_truth(truth)
+        self.traits = guest.traits if guest else traits(self.name)
+        case, truth, unheld = _as_far_as_it_goes(case, truth, self.traits.last_bounce)
+        self.case, self.truth, self.settings, self.crew, self.observer = case, truth, settings, crew, observer
+        self.notes += unheld + _noise_of_truth(truth)
         self.regions = Regions.of(*case.scene.shape[:2], case.tiles)
         self.truth_means = self.regions.means(truth.mean)
         self.truth_errors = self.regions.stderr(truth.stderr)
         self.denominators = denominators(self.truth_means)
-        self.traits = guest.traits if guest else traits(self.name)
         self.found: dict[int, BounceResult] = {}
         self.looks: list[Look] = []
 
@@ -120,6 +122,7 @@ class Comparing:
             # where the only look is at the end, replicates may be longer, which are cheaper to ask for
             first_look=self.settings.first_look if self.settings.early_stop else budget / 12,
             deterministic=self.traits.deterministic,
+            spp_unit=self.traits.spp_unit,
         )
 
     def _next_look(self, sampler: Sampler, bounces: list[int]) -> float:
@@ -303,6 +306,18 @@ def _judged_as(case: Case, name: str) -> tuple[str, list[str]]:
         f"The truth was estimated by the {tracer} tracer, which can't judge itself; {judged} is held against it. "
         "This tests one strategy of the reference tracer against another, and nothing else."
     ]
+
+
+def _as_far_as_it_goes(case: Case, truth: Truth, last: int | None) -> tuple[Case, Truth, list[str]]:
+    """The bounces that a renderer has, and what is to be said of those that it does not."""
+    if last is None or case.bounces <= last:
+        return case, truth, []
+    truth = replace(truth, mean=truth.mean[: last + 1], stderr=truth.stderr[: last + 1])
+    return (
+        replace(case, bounces=last),
+        truth,
+        [f"Bounces {last + 1} to {case.bounces} are unsupported: the renderer stops at bounce {last}"],
+    )
 
 
 def _noise_of_truth(truth: Truth) -> list[str]:

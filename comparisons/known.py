@@ -2,7 +2,8 @@
 
     [[deviation]]
     case = "furnace-sphere"
-    renderer = "mitsuba:scalar_rgb"
+    renderer = "mitsuba:scalar_rgb"   # or a list; * stands for anything in a name that is spelled out, all forms of
+                                      # Mitsuba with the integrator path are "mitsuba:*:path:*"
     versions = "==3.9.*"
     bounces = [1, 2]
     bias = [0.013, [0.015, 0.014]]    # relative, one per bounce, or for each of its channels one
@@ -26,13 +27,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from importlib.resources import files
 from pathlib import Path
 
 import msgspec
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 
-from comparisons.renderers import canonical
+from comparisons.renderers import RENDERERS, canonical
+from comparisons.renderers.mitsuba_names import shown, spelled_out
 from scenes.library import CASES
 from scenes.names import UnknownNameError, look_up
 
@@ -48,7 +51,7 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One entry; see above. ``versions`` are those of the renderer, as in a requirement of a Python package."""
 
     case: str
-    renderer: str
+    renderer: str | list[str]
     versions: str
     bounces: list[int]
     bias: list[float | list[float]]
@@ -83,6 +86,18 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             SpecifierSet(self.versions)
         except InvalidSpecifier as error:
             raise ValueError(f"versions = {self.versions!r}: {error}") from None
+
+    @property
+    def renderers(self) -> list[str]:
+        """Names, full or short, and patterns of names."""
+        return self.renderer if isinstance(self.renderer, list) else [self.renderer]
+
+    def means(self, renderer: str) -> bool:
+        """Whether it is about the renderer of that full name."""
+        return any(
+            fnmatchcase(spelled_out(renderer), name) if "*" in name else canonical(name) == renderer
+            for name in self.renderers
+        )
 
     def speaks_of(self, bounce: int) -> bool:
         """Whether something is declared of a bounce."""
@@ -129,10 +144,24 @@ def load(path: Path) -> list[Deviation]:
             else:
                 look_up("relation", entry.relation, RELATIONS)
                 look_up("scene", entry.case, {**CASES, **STAGES})
-            canonical(entry.renderer)
+            _check_renderers(entry)
         except UnknownNameError as error:
             raise KnownError(f"{path}: deviation[{i}]: {error}") from error
     return entries
+
+
+def _check_renderers(entry: Deviation) -> None:
+    """Refuse a name that nothing has, and a pattern of none.
+
+    Raises:
+        UnknownNameError: which.
+    """
+    known = [form.spelled_out for form in shown()]
+    for name in entry.renderers:
+        if "*" not in name:
+            canonical(name)
+        elif not any(fnmatchcase(full, name) for full in [*RENDERERS, *known]):
+            raise UnknownNameError("renderer", name, known)
 
 
 def declared(
@@ -150,6 +179,7 @@ def declared(
     return [
         entry
         for entry in deviations
-        if (entry.case, canonical(entry.renderer), entry.relation) == (case, renderer, relation)
+        if (entry.case, entry.relation) == (case, relation)
+        and entry.means(renderer)
         and SpecifierSet(entry.versions).contains(version, prereleases=True)
     ]

@@ -46,6 +46,7 @@ class Job:
         first_look: seconds that the first ``MIN_REPLICATES`` should take, if an eighth of the budget is not less.
         least_spp: of a replicate, however long they take: few samples, and most of the time is not rendering.
         deterministic: whether it has no noise; two replicates tell all then.
+        spp_unit: samples per pixel of a replicate are a multiple of this.
     """
 
     renderer: str
@@ -57,6 +58,7 @@ class Job:
     first_look: float = FIRST_LOOK
     least_spp: int = 1
     deterministic: bool = False
+    spp_unit: int = 1
 
 
 class Renders(Protocol):
@@ -170,7 +172,8 @@ class Sampler:
             return (first_look * self._crew.jobs / MIN_REPLICATES - asking) / each
 
         wanted = max(affordable(min(self._job.first_look, budget / 8)), asking / each)
-        return int(np.clip(min(wanted, affordable(budget / 4)), self._job.least_spp, MOST_SPP))
+        spp = int(np.clip(min(wanted, affordable(budget / 4)), self._job.least_spp, MOST_SPP))
+        return -(-spp // self._job.spp_unit) * self._job.spp_unit
 
     def _time(self, spp: int) -> float:
         start = time.monotonic()

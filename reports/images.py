@@ -56,6 +56,7 @@ def read(folder: Path, images: Images) -> BounceImages:
     """
     truth, truth_error, wavelengths = _read(folder / images.truth)
     renderer, renderer_error, others = _read(folder / images.renderer)
+    truth, truth_error = (part[: len(renderer)] for part in (truth, truth_error))  # a renderer may stop early
     if truth.shape != renderer.shape:
         raise MissingImagesError(f"The truth holds {_shape(truth)}, the renderer's file {_shape(renderer)}.")
     if wavelengths != others:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
 
+from comparisons.renderers.entry import Entry
+from comparisons.renderers.mitsuba_names import entry_of, full_name
 from comparisons.renderers.protocol import (
     Hits,
     Images,
@@ -36,28 +37,6 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A renderer that can be asked for.
-
-    Attributes:
-        title: one line.
-        module, adapter, argument: which class to make, and with what. It is imported in the worker process
-            that runs it, and nowhere else.
-        package: the distribution that it needs besides this one's own.
-        deterministic: whether it has no noise, so that every seed gives the same image.
-        one_walk: whether a bounce brings all earlier ones along for nothing.
-    """
-
-    title: str
-    module: str
-    adapter: str
-    argument: str
-    package: str = "lightproof"
-    deterministic: bool = False
-    one_walk: bool = False
-
-
 RENDERERS: Mapping[str, Entry] = MappingProxyType(
     {
         "reference:mis": Entry(
@@ -84,9 +63,7 @@ RENDERERS: Mapping[str, Entry] = MappingProxyType(
             "bsdf",
             one_walk=True,
         ),
-        "mitsuba:scalar_rgb": Entry(
-            "Mitsuba 3, integrator path", "mitsuba", "MitsubaRenderer", "scalar_rgb", "mitsuba"
-        ),
+        **{name: entry for name in ("mitsuba:scalar_rgb",) if (entry := entry_of(name))},
     }
 )
 
@@ -105,8 +82,9 @@ def canonical(name: str) -> str:
     Raises:
         UnknownNameError: there is no such renderer.
     """
-    full = SHORT_NAMES.get(name, name)
-    look_up("renderer", full, {**dict.fromkeys(SHORT_NAMES), **RENDERERS})
+    full = full_name(SHORT_NAMES.get(name, name))
+    if entry_of(full) is None:
+        look_up("renderer", full, {**dict.fromkeys(SHORT_NAMES), **RENDERERS})
     return full
 
 
@@ -117,7 +95,7 @@ def strategies_of(name: str) -> tuple[str, ...]:
 
 def traits(name: str) -> Entry:
     """What is declared of a renderer; nothing out of the ordinary for one that is not listed."""
-    return RENDERERS.get(name, Entry("", "", "", ""))
+    return entry_of(name) or RENDERERS.get(name, Entry("", "", "", ""))
 
 
 def create(name: str) -> Renderer:
@@ -127,6 +105,6 @@ def create(name: str) -> Renderer:
         UnknownNameError: there is no such renderer.
         ImportError: its packages are not installed.
     """
-    entry = RENDERERS[canonical(name)]
+    entry = traits(canonical(name))
     adapter: Callable[[str], Renderer] = getattr(import_module(f"{__name__}.{entry.module}"), entry.adapter)
     return adapter(entry.argument)

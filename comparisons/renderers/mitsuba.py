@@ -1,48 +1,79 @@
-"""Mitsuba 3, variant ``scalar_rgb``, integrator ``path``.
+"""Mitsuba 3 in each of its forms: variant, integrator and sampler; ``mitsuba_names.py`` has their names.
 
-Conventions that are translated here, and nowhere else:
+Conventions are translated in these files, and nowhere else:
 
-- ``max_depth = d`` holds bounces 0 … d − 1, so TᵏE is the difference of depths k + 1 and k. Both are rendered
-  one sample at a time with the sampler ``independent`` and the same seed: each pixel then restarts the same
-  stream of random numbers at every depth, the two share their paths, and the difference is the single term
-  with the noise of that term alone.
-- What a scene is made of: ``mitsuba_scene.py``.
+- which image contains which bounces, and what couples two of them: ``mitsuba_integrators.py``
+- how many samples one call gets: ``mitsuba_samplers.py``
+- channels as colours: ``mitsuba_colours.py``
+- what a scene is made of: ``mitsuba_scene.py``
+- the LLVM that compiled variants need: ``mitsuba_llvm.py``
+- a user's own plugins: ``mitsuba_plugin.py``
 
-Switched off, because it makes an image inexact on purpose: Russian roulette (``rr_depth``), the Gaussian
-reconstruction filter (``box``) and half-precision output.
+Switched off, because it makes an image inexact on purpose: Russian roulette, the Gaussian reconstruction filter
+(``box``) and half-precision output. ``total`` leaves the integrator as it is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Protocol
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons.renderers.mitsuba_colours import colours
+from comparisons.renderers.mitsuba_first_hits import first_hits
+from comparisons.renderers.mitsuba_integrators import coupled, difference, passes, production, properties
+from comparisons.renderers.mitsuba_llvm import ensure_llvm
+from comparisons.renderers.mitsuba_names import FAMILY, Form, parse
+from comparisons.renderers.mitsuba_particles import refuse_what_particles_cannot_reach
+from comparisons.renderers.mitsuba_samplers import calls
 from comparisons.renderers.mitsuba_scene import scene_dict
 from comparisons.renderers.protocol import Hits, Images, Unsupported
-from scenes import Orthographic, Scene
+from scenes import Lambertian, Scene
 
 Array = NDArray[np.float64]
+Dict = dict[str, Any]
 
-_NO_ROULETTE = 1 << 30
+
+class StandIns(Protocol):
+    """Plugins that stand in for Mitsuba's own."""
+
+    def register(self) -> None:
+        """Make them known to Mitsuba, whose variant is set."""
+
+    def integrator(self, own: Dict) -> Dict:
+        """What stands in for the integrator."""
+
+    def sampler(self, own: Dict) -> Dict:
+        """What stands in for the sampler."""
+
+    def scene(self, own: Dict) -> Dict:
+        """The scene with all that stands in for its parts."""
 
 
 class MitsubaRenderer:
-    """Mitsuba 3 in one of its variants."""
+    """Mitsuba 3 in one of its forms: ``scalar_rgb``, ``llvm_ad_rgb:ptracer`` …"""
 
-    def __init__(self, variant: str) -> None:
+    def __init__(self, form: str, stand_ins: StandIns | None = None) -> None:
+        self._form: Form = parse(f"{FAMILY}:{form}")
+        if self._form.variant.startswith("llvm"):
+            ensure_llvm()
         import drjit
         import mitsuba
 
-        mitsuba.set_variant(variant)
+        self._mi: Any = mitsuba
+        self._stand_ins = stand_ins
+        self._set_variant()
         mitsuba.set_log_level(mitsuba.LogLevel.Warn)
         drjit.set_thread_count(1)  # work is split over processes, by replicate
-        self._mi: Any = mitsuba
+        if stand_ins:
+            stand_ins.register()
+        self._compiled = set[Any]()
         self._load = lru_cache(maxsize=8)(self._load_scene)  # relations take scenes in turn
 
     def version(self) -> str:
@@ -50,60 +81,142 @@ class MitsubaRenderer:
         return str(self._mi.__version__)
 
     def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
-        """Coupled differences of depths, averaged over one-sample renders; see the protocol.
+        """Differences of depths that share their seeds; see ``mitsuba_integrators`` and the protocol.
 
         Mitsuba's scalar sampler starts the stream of a pixel at the state pixel + seed × pixels, modulo 2³².
         Streams of consecutive states begin alike: with consecutive seeds, a sample each, the errors of TE form
         a lattice over the image. So seeds are drawn at random; now and then one comes twice, which does no
         harm.
         """
-        mi_scene = self._load(scene)
-        depths = sorted({d for k in bounces for d in (k, k + 1)} - {0})  # depth 0 holds nothing
-        paths = {d: self._path(d) for d in depths}
-        height, width, _ = scene.shape
-        streams = np.random.default_rng(seed).integers(2**32 // (height * width), size=spp)
+        differences = [difference(self._form, k) for k in bounces]
+        images = {
+            image: (_black(scene) if image.black else scene, properties(self._form, image))
+            for image in passes(differences)
+        }
         total, sums = np.zeros((len(bounces), *scene.shape)), np.zeros(len(bounces))
-        for stream in map(int, streams):
-            partial_sums = {0: np.zeros(scene.shape)} | {
-                d: np.array(self._mi.render(mi_scene, integrator=path, spp=1, seed=stream), dtype=np.float64)
-                for d, path in paths.items()
-            }
-            total += np.array([partial_sums[k + 1] - partial_sums[k] for k in bounces])
-            sums += np.array([partial_sums[k + 1].mean() for k in bounces])
-        _refuse_cancellation(bounces, total.mean(axis=(1, 2, 3)), sums)
-        return total / spp
+        for weight, sum_of in self._rendered(scene, images, spp, seed):
+            total += [weight * (sum_of[more] - (sum_of[less] if less else 0)) for more, less in differences]
+            sums += [weight * sum_of[more].mean() for more, _ in differences]
+        if coupled(self._form):  # if not, noise is larger than what precision takes
+            _refuse_cancellation(bounces, total.mean(axis=(1, 2, 3)), sums)
+        return total
+
+    def total(self, scene: Scene, spp: int, seed: int) -> Array:
+        """The sum of all bounces by the integrator as it is: unlimited depth, Russian roulette on.
+
+        Returns:
+            ``(height, width, channels)``.
+        """
+        made = {"all": (scene, production(self._form))}
+        mean = np.zeros(scene.shape)
+        for weight, images in self._rendered(scene, made, spp, seed):
+            mean += weight * images["all"]
+        return mean
 
     def first_hits(self, scene: Scene) -> Hits:
-        """Its camera's rays through the centres of pixels, met by its ``ray_intersect``; see the protocol.
+        """Its camera's rays through the centres of pixels, met by its ``ray_intersect``; see the protocol."""
+        self._set_variant()
+        return first_hits(self._mi, self._load(scene), scene, self._form)
 
-        Optimised, Mitsuba would merge shapes of the same material, and none could be told from the others.
+    def _rendered(
+        self, scene: Scene, wanted: Mapping[Any, tuple[Scene, Dict]], spp: int, seed: int
+    ) -> Iterator[tuple[float, dict[Any, Array]]]:
+        """Call after call its weight and all images that are wanted, with the same seed.
+
+        Args:
+            scene: for its size and channels.
+            wanted: by any key, a scene and an integrator's dictionary.
+            spp, seed: as asked for.
         """
-        mi_scene = self._load(scene)
-        [sensor], (height, width, _) = mi_scene.sensors(), scene.shape
-        hits = np.tile([[np.inf], [0.0], [0.0], [0.0], [-1.0]], height * width)
-        origin, forward = np.array(scene.sensor.origin), None
-        if isinstance(scene.sensor, Orthographic):
-            forward = scene.sensor.frame[:, 2]
-        for i in range(height * width):
-            row, column = divmod(i, width)
-            film = [(column + 0.5) / width, (row + 0.5) / height]
-            ray, _ = sensor.sample_ray(0.0, 0.5, film, [0.5, 0.5])
-            found = mi_scene.ray_intersect(ray)
-            if found.is_valid():
-                # its rays begin at the near plane, so its own distance is not the one from the sensor
-                to_hit = np.array(found.p) - origin
-                distance = np.linalg.norm(to_hit) if forward is None else forward @ to_hit
-                hits[:, i] = distance, *found.n, int(found.shape.id().removeprefix("surface"))
-        return hits
+        self._set_variant()
+        read = colours(self._mi, self._form, scene.channels).radiance
+        ready = {key: (self._load(part), self._integrator(own)) for key, (part, own) in wanted.items()}
+        if self._form.compiled:
+            self._compile_ahead(wanted, ready)
+        height, width, _ = scene.shape
+        samples = calls(self._form, spp, height * width)
+        seeds = np.random.default_rng(seed).integers(2**32 // (height * width), size=len(samples))
+        for count, stream in zip(samples, seeds.tolist(), strict=True):
+            options = {"spp": count, "seed": stream}
+            rendered = {
+                key: np.array(self._mi.render(part, integrator=own, **options), dtype=np.float64)
+                for key, (part, own) in ready.items()
+            }
+            yield count / sum(samples), {key: read(image) for key, image in rendered.items()}
 
-    def _path(self, depth: int) -> Any:
-        return self._mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": _NO_ROULETTE})
+    def _compile_ahead(
+        self, wanted: Mapping[Any, tuple[Scene, Dict]], ready: Mapping[Any, tuple[Any, Any]]
+    ) -> None:
+        """Take the time for compiling once, at the first image, whose time nobody takes for that of others.
+
+        What it compiles differs below four samples per pixel and from there on.
+        """
+        unit = self._form.spp_unit
+        for key, (part, own) in wanted.items():
+            new = (part, tuple(own.items()))
+            if new not in self._compiled:
+                self._compiled.add(new)
+                for spp in [unit] if unit > 1 else [1, 4]:
+                    self._mi.render(ready[key][0], integrator=ready[key][1], spp=spp)
+
+    def _set_variant(self) -> None:
+        # it is the process's, not ours: another renderer of this process may have another
+        if self._mi.variant() != self._form.variant:
+            self._mi.set_variant(self._form.variant)
+
+    def _integrator(self, own: Dict) -> Any:
+        return self._mi.load_dict(self._stand_ins.integrator(own) if self._stand_ins else own)
 
     def _load_scene(self, scene: Scene) -> Any:
+        if self._form.integrator == "ptracer":
+            refuse_what_particles_cannot_reach(scene)
+        sampler: Dict = {"type": self._form.sampler}
+        if self._stand_ins:
+            sampler = self._stand_ins.sampler(sampler)
         with TemporaryDirectory() as folder:  # meshes are read when the dictionary is loaded, and not again
+            made = scene_dict(colours(self._mi, self._form, scene.channels), scene, Path(folder), sampler)
+            if self._stand_ins:
+                made = self._stand_ins.scene(made)
             # optimised, shapes come in the order of their addresses in memory, and so do the emitters among which a
             # random number chooses: the same seed would give another image each time
-            return self._mi.load_dict(scene_dict(self._mi, scene, Path(folder)), optimize=False)
+            return self._mi.load_dict(made, optimize=False)
+
+
+def supports() -> dict[str, Sequence[str]]:
+    """What it can express, in the words of ``scenes.features``; forms that can do less say so when they are asked."""
+    return {
+        "shapes": ("quad", "disk", "sphere", "mesh", "inward", "shading normals", "two_sided"),
+        "materials": (
+            "lambertian",
+            "checkerboard texture",
+            "image texture",
+            "mirror",
+            "dielectric",
+            "conductor",
+            "rough_conductor",
+            "rough_dielectric",
+            "blend",
+        ),
+        "lights": (
+            "area",
+            "polar_range",
+            "point",
+            "spot",
+            "directional",
+            "constant_environment",
+            "environment_map",
+        ),
+        "sensors": ("pinhole", "thin_lens", "orthographic", "radiance_meter"),
+        "bounces": ("each", "total", "first hits"),
+        "seed": ("yes",),
+    }
+
+
+def _black(scene: Scene) -> Scene:
+    """The same scene, nothing reflects."""
+    black = Lambertian((0.0,) * scene.channels)
+    surfaces = tuple(msgspec.structs.replace(surface, material=black) for surface in scene.surfaces)
+    return msgspec.structs.replace(scene, surfaces=surfaces)
 
 
 def _refuse_cancellation(bounces: Sequence[int], terms: Array, sums: Array) -> None:

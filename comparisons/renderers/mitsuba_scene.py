@@ -25,6 +25,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons.renderers.mitsuba_colours import Colours
 from comparisons.renderers.protocol import Unsupported
 from scenes import (
     AreaLight,
@@ -66,28 +67,27 @@ Dict = dict[str, Any]
 _Z: Vector = (0.0, 0.0, 1.0)
 
 
-def scene_dict(mi: Any, scene: Scene, folder: Path) -> Dict:
+def scene_dict(colours: Colours, scene: Scene, folder: Path, sampler: Dict | None = None) -> Dict:
     """The scene as Mitsuba's dictionary.
 
     Args:
-        mi: the module, its variant set.
+        colours: how its channels are put to the variant that is set.
         scene: the scene.
         folder: where files of meshes are written; they are read when the dictionary is loaded.
+        sampler: left out: ``independent``.
 
     Raises:
         Unsupported: naming the feature that Mitsuba, in this variant, does not have.
     """
-    if scene.channels != 3:
-        raise Unsupported(f"{scene.channels} channels: scalar_rgb has 3")
     return {
         "type": "scene",
-        "sensor": sensor_dict(mi, scene.sensor),
+        "sensor": sensor_dict(colours, scene.sensor, sampler),
         # numbered, since Mitsuba does not take every name
         **{
-            f"surface{i}": _surface(mi, surface, folder / f"{i}.ply")
+            f"surface{i}": _surface(colours, surface, folder / f"{i}.ply")
             for i, surface in enumerate(scene.surfaces)
         },
-        **{f"light{i}": _light(mi, light) for i, light in enumerate(scene.lights)},
+        **{f"light{i}": _light(colours, light) for i, light in enumerate(scene.lights)},
     }
 
 
@@ -96,28 +96,19 @@ def _type(part: msgspec.Struct) -> str:
     return str(part.__struct_config__.tag)
 
 
-def _rgb(values: tuple[float, ...]) -> Dict:
-    return {"type": "rgb", "value": list(values)}
-
-
 # ---- sensors
 
 
-def sensor_dict(mi: Any, sensor: Sensor) -> Dict:
-    """The sensor as Mitsuba's dictionary.
+def sensor_dict(colours: Colours, sensor: Sensor, sampler: Dict | None = None) -> Dict:
+    """The sensor as Mitsuba's dictionary; see ``scene_dict``.
 
     Raises:
         Unsupported: Mitsuba has none of the kind.
     """
-    film = {
-        "type": "hdrfilm",
-        "width": sensor.width,
-        "height": sensor.height,
-        "rfilter": {"type": "box"},
-        "pixel_format": "rgb",
-        "component_format": "float32",
-    }
-    common = {"film": film, "sampler": {"type": "independent"}}
+    mi = colours.mi
+    size: Dict = {"width": sensor.width, "height": sensor.height}
+    film = colours.film() | size | {"rfilter": {"type": "box"}}
+    common: Dict = {"film": film, "sampler": sampler or {"type": "independent"}}
     if isinstance(sensor, RadianceMeter):
         return {
             "type": "radiancemeter",
@@ -145,7 +136,8 @@ def sensor_dict(mi: Any, sensor: Sensor) -> Dict:
 # ---- surfaces
 
 
-def _surface(mi: Any, surface: Surface, file: Path) -> Dict:
+def _surface(colours: Colours, surface: Surface, file: Path) -> Dict:
+    mi = colours.mi
     match surface.shape:
         case Quad():
             shape = _quad(mi, surface.shape)
@@ -159,10 +151,10 @@ def _surface(mi: Any, surface: Surface, file: Path) -> Dict:
             raise Unsupported(f"{_type(surface.shape)} shape: Mitsuba's sphere refuses it")
     if surface.two_sided and surface.emits:
         raise Unsupported("emission from both sides: Mitsuba's area light has one")
-    bsdf = _bsdf(mi, surface.material, _texture_coordinates(mi, surface))
+    bsdf = _bsdf(colours, surface.material, _texture_coordinates(mi, surface))
     shape["bsdf"] = {"type": "twosided", "bsdf": bsdf} if surface.two_sided else bsdf
     if surface.emission is not None:
-        shape["emitter"] = {"type": "area", "radiance": _radiance(mi, surface.emission)}
+        shape["emitter"] = {"type": "area", "radiance": _radiance(colours, surface.emission)}
     return shape
 
 
@@ -227,7 +219,8 @@ def _sphere(mi: Any, surface: Surface) -> Dict:
     axis = _zone_axis(surface)
     axes = np.eye(3) if axis == _Z else _frame(axis)
     to_world = _placed(mi, surface.shape.radius * axes, surface.shape.center)
-    return {"type": "sphere", "to_world": to_world, "flip_normals": surface.shape.inward}
+    inside = {"flip_normals": True} if surface.shape.inward else {}
+    return {"type": "sphere", "to_world": to_world} | inside
 
 
 def _mesh(mi: Any, mesh: Mesh, file: Path) -> Dict:
@@ -249,28 +242,34 @@ def _mesh(mi: Any, mesh: Mesh, file: Path) -> Dict:
 # ---- materials
 
 
-def _bsdf(mi: Any, material: Material, to_uv: Any) -> Dict:
+def _bsdf(colours: Colours, material: Material, to_uv: Any) -> Dict:
     match material:
         case Lambertian():
-            return {"type": "diffuse", "reflectance": _albedo(mi, material.albedo, to_uv)}
+            return {"type": "diffuse", "reflectance": _albedo(colours, material.albedo, to_uv)}
         case Mirror():
             return {
                 "type": "conductor",
                 "material": "none",
-                "specular_reflectance": _rgb(material.reflectance),
+                "specular_reflectance": colours.spectrum(material.reflectance),
             }
         case Dielectric():
             return {"type": "dielectric"} | _media(material)
         case Conductor():
-            return {"type": "conductor", "eta": _rgb(material.eta), "k": _rgb(material.k)}
+            return {
+                "type": "conductor",
+                "eta": colours.spectrum(material.eta),
+                "k": colours.spectrum(material.k),
+            }
         case RoughConductor():
-            return {"type": "roughconductor", "eta": _rgb(material.eta), "k": _rgb(material.k)} | _ggx(
-                material
-            )
+            return {
+                "type": "roughconductor",
+                "eta": colours.spectrum(material.eta),
+                "k": colours.spectrum(material.k),
+            } | _ggx(material)
         case RoughDielectric():
             return {"type": "roughdielectric"} | _media(material) | _ggx(material)
         case Blend():
-            first, second = (_bsdf(mi, part, to_uv) for part in (material.first, material.second))
+            first, second = (_bsdf(colours, part, to_uv) for part in (material.first, material.second))
             return {"type": "blendbsdf", "weight": material.weight, "first": first, "second": second}
 
 
@@ -284,26 +283,26 @@ def _ggx(material: RoughConductor | RoughDielectric) -> Dict:
     return {"distribution": "ggx", "alpha": material.alpha, "sample_visible": True}
 
 
-def _albedo(mi: Any, albedo: tuple[float, ...] | Texture, to_uv: Any) -> Dict:
+def _albedo(colours: Colours, albedo: tuple[float, ...] | Texture, to_uv: Any) -> Dict:
     if isinstance(albedo, tuple):
-        return _rgb(albedo)
+        return colours.spectrum(albedo)
     if isinstance(albedo, Checkerboard):
         # one period of Mitsuba's is two squares
-        to_uv = mi.ScalarTransform4f().scale([albedo.columns / 2, albedo.rows / 2, 1.0]) @ to_uv
+        to_uv = colours.mi.ScalarTransform4f().scale([albedo.columns / 2, albedo.rows / 2, 1.0]) @ to_uv
         return {
             "type": "checkerboard",
-            "color0": _rgb(albedo.even),
-            "color1": _rgb(albedo.odd),
+            "color0": colours.spectrum(albedo.even),
+            "color1": colours.spectrum(albedo.odd),
             "to_uv": to_uv,
         }
     # Mitsuba's first row is at v = 0
-    return _bitmap(mi, albedo.image.array[::-1], albedo.interpolation) | {"to_uv": to_uv}
+    return _bitmap(colours, albedo.image.array[::-1], albedo.interpolation) | {"to_uv": to_uv}
 
 
-def _bitmap(mi: Any, pixels: Array, interpolation: str) -> Dict:
+def _bitmap(colours: Colours, pixels: Array, interpolation: str) -> Dict:
     return {
         "type": "bitmap",
-        "bitmap": mi.Bitmap(np.ascontiguousarray(pixels, dtype=np.float32)),
+        "bitmap": colours.mi.Bitmap(np.ascontiguousarray(colours.picture(pixels), dtype=np.float32)),
         "raw": True,
         "filter_type": interpolation,
         "wrap_mode": "clamp",
@@ -313,48 +312,52 @@ def _bitmap(mi: Any, pixels: Array, interpolation: str) -> Dict:
 # ---- lights
 
 
-def _radiance(mi: Any, light: AreaLight) -> Dict:
+def _radiance(colours: Colours, light: AreaLight) -> Dict:
     if light.angular_profile is not None:
         raise Unsupported("an angular profile of emission: Mitsuba's area light is diffuse")
     if light.polar_range is None:
-        return _rgb(light.radiance)
+        return colours.spectrum(light.radiance)
     zone = light.polar_range
     rows = zone_rows(zone, light.radiance)
     if rows is None:
         raise Unsupported(f"emission between {zone.low}° and {zone.high}°: no texture has borders there")
-    return _bitmap(mi, rows, "nearest")
+    return _bitmap(colours, rows, "nearest")
 
 
-def _light(mi: Any, light: Light) -> Dict:
+def _light(colours: Colours, light: Light) -> Dict:
     match light:
         case PointLight():
-            return {"type": "point", "position": list(light.position), "intensity": _rgb(light.intensity)}
+            return {
+                "type": "point",
+                "position": list(light.position),
+                "intensity": colours.spectrum(light.intensity),
+            }
         case SpotLight():
-            return _spot(mi, light)
+            return _spot(colours, light)
         case DirectionalLight():
             return {
                 "type": "directional",
                 "direction": list(light.direction),
-                "irradiance": _rgb(light.irradiance),
+                "irradiance": colours.spectrum(light.irradiance),
             }
         case ConstantEnvironment():
-            return {"type": "constant", "radiance": _rgb(light.radiance)}
+            return {"type": "constant", "radiance": colours.spectrum(light.radiance)}
         case EnvironmentMap():
-            return _environment_map(mi, light)
+            return _environment_map(colours, light)
         case _:
             raise Unsupported(f"{_type(light)} light: Mitsuba has none")
 
 
-def _spot(mi: Any, light: SpotLight) -> Dict:
-    to_world = _placed(mi, _frame(light.direction), light.position)
+def _spot(colours: Colours, light: SpotLight) -> Dict:
+    to_world = _placed(colours.mi, _frame(light.direction), light.position)
     angles = {"cutoff_angle": light.cutoff, "beam_width": light.beam}
-    return {"type": "spot", "to_world": to_world, "intensity": _rgb(light.intensity)} | angles
+    return {"type": "spot", "to_world": to_world, "intensity": colours.spectrum(light.intensity)} | angles
 
 
-def _environment_map(mi: Any, light: EnvironmentMap) -> Dict:
+def _environment_map(colours: Colours, light: EnvironmentMap) -> Dict:
     x, y, z = np.asarray(light.axes)
     return {
         "type": "envmap",
-        "bitmap": mi.Bitmap(environment_rows(light.image.array).astype(np.float32)),
-        "to_world": _placed(mi, [y, z, -x], (0.0, 0.0, 0.0)),
+        "bitmap": colours.mi.Bitmap(colours.sky(environment_rows(light.image.array)).astype(np.float32)),
+        "to_world": _placed(colours.mi, [y, z, -x], (0.0, 0.0, 0.0)),
     }

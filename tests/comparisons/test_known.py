@@ -26,7 +26,8 @@ def test_shipped_entries_name_cases_and_renderers_that_exist_and_a_page_that_exi
     entries = known.load(known.SHIPPED)
     assert entries
     for entry in entries:
-        assert canonical(entry.renderer) == entry.renderer
+        for name in entry.renderers:
+            assert "*" in name or canonical(name) == name
         assert (Path(__file__).parents[2] / entry.link).exists()
         if entry.relation is not None:
             continue
@@ -48,6 +49,37 @@ def test_entries_apply_to_their_case_renderer_and_versions(tmp_path: Path) -> No
     assert not known.declared(entries, "furnace-box", "mitsuba:scalar_rgb", "3.10.0")
     assert not known.declared(entries, "furnace-sphere", "mitsuba:scalar_rgb", "3.9.1")
     assert not known.declared(entries, "furnace-box", "reference:mis", "3.9.1")
+
+
+@pytest.mark.parametrize(
+    ("renderer", "meant", "others"),
+    [
+        (
+            '"mitsuba:*"',
+            ["mitsuba:scalar_rgb", "mitsuba:llvm_ad_rgb:ptracer", "mitsuba:scalar_rgb:path:ldsampler"],
+            ["reference:mis"],
+        ),
+        (
+            '"mitsuba:*:path:*"',
+            ["mitsuba:scalar_rgb", "mitsuba:llvm_ad_rgb", "mitsuba:llvm_ad_rgb:path:ldsampler"],
+            ["mitsuba:llvm_ad_rgb:ptracer", "reference:mis"],
+        ),
+        (
+            '["mitsuba", "mitsuba:llvm_ad_rgb:path:independent"]',
+            ["mitsuba:scalar_rgb", "mitsuba:llvm_ad_rgb"],
+            ["mitsuba:scalar_spectral", "mitsuba:scalar_rgb:path:stratified"],
+        ),
+    ],
+)
+def test_an_entry_can_be_about_several_renderers(
+    tmp_path: Path, renderer: str, meant: list[str], others: list[str]
+) -> None:
+    file = tmp_path / "known.toml"
+    file.write_text(ENTRY.replace('"mitsuba:scalar_rgb"', renderer))
+    [entry] = known.load(file)
+    assert [name for name in meant + others if entry.means(name)] == meant
+    for name in meant + others:
+        assert bool(known.declared([entry], "furnace-box", name, "3.9.1")) == (name in meant)
 
 
 def test_an_entry_of_a_relation_says_nothing_of_the_comparison(tmp_path: Path) -> None:
@@ -106,6 +138,7 @@ def test_channels_can_deviate_differently(tmp_path: Path) -> None:
             "deviation[0]: no case is called 'furnace-bax': did you mean furnace-box",
         ),
         (("mitsuba:scalar_rgb", "mitsuba:scalar"), "deviation[0]: no renderer is called 'mitsuba:scalar'"),
+        (("mitsuba:scalar_rgb", "mitsuba:*:paths:*"), "no renderer is called 'mitsuba:*:paths:*'"),
         (('link = "l"', 'link = "l"\nrelation = "scales"'), "deviation[0]: no relation is called 'scales'"),
         (
             ('"furnace-box"', '"attic"\nrelation = "scaling"'),
