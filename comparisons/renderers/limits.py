@@ -57,9 +57,17 @@ class Watch:
         verdict: None as long as nothing is wrong; else ``time`` or ``memory``.
     """
 
-    def __init__(self, pid: int, seconds: float, memory: int, stop: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        pid: int,
+        seconds: float,
+        memory: int,
+        stop: Callable[[], None],
+        tidy: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Of a process, so many seconds and bytes; ``tidy`` is called at each look."""
         self.verdict: str | None = None
-        self._pid, self._memory, self._stop = pid, memory, stop
+        self._pid, self._memory, self._stop, self._tidy = pid, memory, stop, tidy
         self._end = time.monotonic() + seconds
         self._done = threading.Event()
         self._thread = threading.Thread(target=self._look, daemon=True)
@@ -73,6 +81,7 @@ class Watch:
             if self.verdict:
                 self._stop()
                 return
+            self._tidy()
 
     def __enter__(self) -> Watch:
         self._thread.start()

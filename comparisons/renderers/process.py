@@ -81,9 +81,10 @@ class RendererProcess:
         """
         entry = resolve(name)
         self.name, self._memory, self.closed = name, entry.memory or limits.default_memory(), False
-        # without a name: nothing is left behind; appending: the worker writes at the end wherever we read
-        self._log: IO[bytes] = tempfile.TemporaryFile("a+b")
         self._folder = tempfile.mkdtemp(prefix="lightproof-")
+        # appending: the worker writes at the end, also of what has been cut; without a name nobody can take it away
+        self._log: IO[bytes] = Path(self._folder, "log").open("a+b", buffering=0)
+        Path(self._folder, "log").unlink()
         try:
             self._process = self._start(name, entry)
         except OSError as error:
@@ -164,8 +165,7 @@ class RendererProcess:
         """What it says to a request, or without one."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        self._trim_log()
-        with limits.Watch(self._process.pid, timeout, self._memory, self.kill) as watch:
+        with limits.Watch(self._process.pid, timeout, self._memory, self.kill, self._trim_log) as watch:
             try:
                 if request is not None and scene is not None:  # who does not read may keep us waiting as well
                     send_request(self._process.stdin, request, scene)
@@ -192,18 +192,20 @@ class RendererProcess:
 
     def log(self) -> list[str]:
         """The last lines that the process printed."""
-        self._log.seek(0, os.SEEK_END)
-        self._log.seek(max(0, self._log.tell() - _LOG_KEPT))
-        return self._log.read().decode(errors="replace").splitlines()[-LOG_LINES:]
+        return self._end_of_log().decode(errors="replace").splitlines()[-LOG_LINES:]
+
+    def _end_of_log(self) -> bytes:
+        """Read without moving the place at which the process writes, since the file is open once for both."""
+        file = self._log.fileno()
+        return os.pread(file, _LOG_KEPT, max(0, os.fstat(file).st_size - _LOG_KEPT))
 
     def _trim_log(self) -> None:
         """Let go of all but its end: what prints without end must not fill the disk."""
-        if os.fstat(self._log.fileno()).st_size > 100 * _LOG_KEPT:
-            self._log.seek(-_LOG_KEPT, os.SEEK_END)
-            end = self._log.read()
-            self._log.truncate(0)
-            self._log.write(end)
-            self._log.flush()
+        file = self._log.fileno()
+        if os.fstat(file).st_size > 100 * _LOG_KEPT:
+            end = self._end_of_log()
+            os.ftruncate(file, 0)
+            os.write(file, end)
 
     def kill(self) -> None:
         """End the process at once, and all it has started; whoever waits for its answer is told that it has gone."""

@@ -11,7 +11,16 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from comparisons.renderers.protocol import RendererFailed, RendererTimeout
+from comparisons.renderers.protocol import RendererFailed, RendererTimeout, Unsupported
+
+UNSUPPORTED = "unsupported:"
+"""How the last line begins that a program prints to refuse a scene; the feature it lacks follows."""
+
+_END = 4000
+"""Bytes of what a program prints that are kept to find its last line in."""
+
+_LINGER = 1.0
+"""Seconds to wait for what is still to be read when a program has ended."""
 
 _SHOWN = 300
 """Characters of a command in a message."""
@@ -40,7 +49,7 @@ def executable(name: str, folder: Path) -> str:
 
 
 def run(command: Sequence[str], folder: Path, environment: Mapping[str, str], timeout: float) -> None:
-    """Run it; what it prints goes where this process prints, the standard input is empty.
+    """Run it; what it prints goes to the standard error of this process, its own standard input is empty.
 
     When it has ended, or its time has, whatever else is in its process group is ended as well.
 
@@ -51,6 +60,7 @@ def run(command: Sequence[str], folder: Path, environment: Mapping[str, str], ti
         timeout: seconds.
 
     Raises:
+        Unsupported: it ended with another status than 0, and with a line ``unsupported: FEATURE``.
         RendererTimeout: it took longer, and was stopped.
         RendererFailed: it can't be started, ended with another status than 0, or by a signal.
     """
@@ -58,6 +68,8 @@ def run(command: Sequence[str], folder: Path, environment: Mapping[str, str], ti
         process = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
             cwd=folder,
             env={**os.environ, **environment},
             process_group=0,
@@ -70,7 +82,7 @@ def run(command: Sequence[str], folder: Path, environment: Mapping[str, str], ti
         expired.set()
         _end_group(process.pid)
 
-    timer = threading.Timer(timeout, stop)
+    timer, said = threading.Timer(timeout, stop), _Said(process)
     timer.daemon = True
     timer.start()
     try:
@@ -79,8 +91,11 @@ def run(command: Sequence[str], folder: Path, environment: Mapping[str, str], ti
         timer.cancel()
         _end_group(process.pid)
         process.wait()
+    last = said.last_line()
     if expired.is_set():
         raise RendererTimeout(f"{_shown(command)}: no image within {timeout:g} s; it was stopped")
+    if status > 0 and last.startswith(UNSUPPORTED):
+        raise Unsupported(last.removeprefix(UNSUPPORTED).strip())
     if status:
         how = (
             f"was killed by signal {-status} ({_signal(-status)})"
@@ -88,6 +103,28 @@ def run(command: Sequence[str], folder: Path, environment: Mapping[str, str], ti
             else f"ended with status {status}"
         )
         raise RendererFailed(f"{_shown(command)}: {how}")
+
+
+class _Said:
+    """Hands on what a program prints, as it comes, and keeps its end."""
+
+    def __init__(self, process: subprocess.Popen[bytes]) -> None:
+        assert process.stdout is not None
+        self._pipe, self._end = process.stdout, b""
+        self._thread = threading.Thread(target=self._hand_on, daemon=True)
+        self._thread.start()
+
+    def _hand_on(self) -> None:
+        with self._pipe:
+            while some := os.read(self._pipe.fileno(), 1 << 16):
+                self._end = (self._end + some)[-_END:]
+                os.write(2, some)
+
+    def last_line(self) -> str:
+        """That is not empty."""
+        self._thread.join(_LINGER)  # a child that has left the process group may still hold the pipe
+        lines = self._end.decode(errors="replace").split("\n")
+        return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
 
 def _end_group(leader: int) -> None:

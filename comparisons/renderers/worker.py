@@ -42,6 +42,8 @@ from comparisons.renderers.protocol import (
 from comparisons.renderers.registry import make
 from scenes import Scene
 
+_LEAVING = threading.Lock()
+
 
 def main(name: str, known: str) -> None:
     """Answer requests until the standard input ends."""
@@ -61,8 +63,11 @@ def main(name: str, known: str) -> None:
         traceback.print_exc()
         send_reply(replies, Failed(f"{name} can't be loaded: {error}"))
         return
-    while (request := receive_request(sys.stdin.buffer)) is not None:
-        send_reply(replies, *_answer(renderer, *request))
+    try:
+        while (request := receive_request(sys.stdin.buffer)) is not None:
+            send_reply(replies, *_answer(renderer, *request))
+    finally:  # the run has gone: had it sent us home, we would not get here
+        _leave()
 
 
 def _version(renderer: object) -> str:
@@ -76,14 +81,19 @@ def _version(renderer: object) -> str:
 
 
 def _end_with(parent: int) -> None:
-    """End this process and all it has started when the run is gone, even if it was killed."""
+    """End this process when the run is gone, even if it was killed."""
     while os.getppid() == parent:
         time.sleep(1.0)
-    folder = os.environ.get(limits.MARK, "")
-    if folder:
-        limits.end_all(os.getpid(), folder)
-        shutil.rmtree(folder, ignore_errors=True)
-    os._exit(1)
+    _leave()
+
+
+def _leave() -> None:
+    """End this process and all it has started, and take its temporary files along."""
+    with _LEAVING:
+        if folder := os.environ.get(limits.MARK):
+            limits.end_all(os.getpid(), folder)
+            shutil.rmtree(folder, ignore_errors=True)
+        os._exit(0)
 
 
 def _answer(renderer: Renderer, request: Request, scene: Scene) -> tuple[Reply, Images | None]:

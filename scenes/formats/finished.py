@@ -48,7 +48,9 @@ def read(path: Path, layers: bool, channels: int, formats: Collection[str] = ("o
     """
     if not path.is_file():
         raise ImageError(f"{path}: there is no such file" if not path.exists() else f"{path} is no file")
-    source = oiio.ImageInput.open(str(path))
+    upright = oiio.ImageSpec()
+    upright.attribute("pnm:pfmflip", 1)  # a PFM begins with its last row, and is read so unless one asks
+    source = oiio.ImageInput.open(str(path), upright)
     if source is None:
         raise ImageError(f"{path}: expected an EXR file; it can't be read: {oiio.geterror()}")
     try:
