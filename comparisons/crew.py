@@ -84,12 +84,18 @@ class Crew:
                 self._idle.remove(process)
                 self._busy.add(process)
                 return process
-        process = RendererProcess(name)
+        try:  # known to the crew before it is ready, so that it can be ended on its way
+            return RendererProcess(name, started=self._begun)
+        except BaseException:
+            with self._lock:
+                self._busy = {process for process in self._busy if not process.closed}
+            raise
+
+    def _begun(self, process: RendererProcess) -> None:
         with self._lock:
             if not self._closed:
                 self._busy.add(process)
-                return process
-        process.close()  # the crew was sent home while this one was still on its way
+                return
         raise RendererFailed("the run was ended before it could begin")
 
     def _give_back(self, process: RendererProcess) -> None:

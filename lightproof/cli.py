@@ -7,7 +7,6 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,11 +15,11 @@ import typer
 import reports
 from comparisons import known as known_deviations
 from comparisons.relations import RELATIONS, cheap_tasks
-from comparisons.renderers import RENDERERS, SHORT_NAMES, RendererError, canonical
+from comparisons.renderers import ConfigError, RendererError, canonical, resolve
 from comparisons.renderers.process import RendererProcess
 from comparisons.results import ResultsError
 from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
-from lightproof import exports, images, options, terminal
+from lightproof import exports, images, listing, options, terminal
 from lightproof.answer import answer
 from lightproof.cases import CaseError, announced, from_entry_point
 from lightproof.check import check
@@ -214,9 +213,7 @@ def list_(
     if as_json:
         typer.echo(json.dumps(rows, indent=2, ensure_ascii=False))
         return
-    terminal.show_rows(
-        terminal.console(), [{key: _text(value) for key, value in row.items()} for row in rows]
-    )
+    terminal.show_rows(terminal.console(), listing.table(rows))
 
 
 @app.command()
@@ -254,19 +251,6 @@ def _row(case: Case) -> dict[str, Any]:
     }
 
 
-def _renderers() -> list[dict[str, Any]]:
-    short = {full: name for name, full in SHORT_NAMES.items()}
-    rows = []
-    for name, entry in RENDERERS.items():
-        try:
-            installed = version(entry.package)
-        except PackageNotFoundError:
-            installed = None
-        row = {"name": name, "short": short.get(name), "title": entry.title, "version": installed}
-        rows.append({**row, "install": f"pip install {entry.package}"})
-    return rows
-
-
 def _relations() -> list[dict[str, Any]]:
     return [
         {
@@ -281,17 +265,19 @@ def _relations() -> list[dict[str, Any]]:
     ]
 
 
-def _text(value: object) -> str:
-    if isinstance(value, list):
-        return ", ".join(value)
-    return "" if value is None else str(value)
+def _renderers() -> list[dict[str, Any]]:
+    try:
+        return listing.renderers()
+    except ConfigError as error:
+        stop(str(error), 2)
 
 
 def _renderer(name: str) -> str:
     """The full name."""
     try:
+        resolve(name)
         return canonical(name)
-    except UnknownNameError as error:
+    except (UnknownNameError, ConfigError) as error:
         raise typer.BadParameter(str(error), param_hint="--renderer") from None
 
 

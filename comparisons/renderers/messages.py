@@ -7,6 +7,7 @@ order.
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import IO
 
@@ -56,6 +57,12 @@ class Failed(msgspec.Struct, tag="failed"):
 Request = Render | FirstHits
 Reply = Ready | Rendered | Refused | Failed
 
+_LONGEST = 1 << 20
+"""Bytes of a line of a reply."""
+
+_LARGEST = 1 << 36
+"""Bytes of an image."""
+
 _encoder = msgspec.json.Encoder()
 _replies: msgspec.json.Decoder[Reply] = msgspec.json.Decoder(Reply)
 _requests: msgspec.json.Decoder[Request] = msgspec.json.Decoder(Request)
@@ -90,13 +97,17 @@ def receive_reply(stream: IO[bytes]) -> tuple[Reply, Images | None]:
         EOFError: the worker has gone, or went in the middle of a message.
         msgspec.DecodeError: what came is no reply.
     """
-    line = stream.readline()
+    line = stream.readline(_LONGEST)
+    if len(line) == _LONGEST:
+        raise msgspec.DecodeError(f"a line of more than {_LONGEST} bytes")
     if not line.endswith(b"\n"):
         raise EOFError
     reply = _replies.decode(line)
     if not isinstance(reply, Rendered):
         return reply, None
-    size = 8 * int(np.prod(reply.shape))
+    size = 8 * math.prod(reply.shape)
+    if min(reply.shape, default=0) < 0 or size > _LARGEST:
+        raise msgspec.DecodeError(f"an image of shape {reply.shape}")
     content = stream.read(size)
     if len(content) < size:
         raise EOFError

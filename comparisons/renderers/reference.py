@@ -13,6 +13,13 @@ from reference_tracer.random_walk import STRATEGIES, Strategy, render
 from reference_tracer.samplers import SAMPLERS, Block, SamplerName
 from reference_tracer.sensing import camera_rays
 from scenes import IrradianceMeter, Pinhole, Scene, ThinLens
+from scenes.formats.support import expressible
+
+
+def supports() -> dict[str, Sequence[str]]:
+    """Every scene there is."""
+    images = ("bounces", *(["total"] if hasattr(ReferenceRenderer, "total") else []), "first hits")
+    return {**expressible("json"), "images": images, "seed": ("yes",)}
 
 
 class ReferenceRenderer:

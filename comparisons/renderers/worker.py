@@ -1,16 +1,24 @@
-"""The process in which one renderer lives: ``python -m comparisons.renderers.worker NAME``.
+"""The process in which one renderer lives: ``python -m comparisons.renderers.worker NAME ENTRY``.
 
-Started by ``process.py``; a crash, a hang or a leak of the renderer stays in here.
+Started by ``process.py``; a crash, a hang or a leak of the renderer stays in here. ``ENTRY`` is an ``entry.Entry`` as
+JSON: all that is known of the renderer, wherever the run has found it.
 """
 
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import sys
+import threading
+import time
 import traceback
 
-from comparisons.renderers import Unsupported, create
+import msgspec
+import numpy as np
+
+from comparisons.renderers import limits
+from comparisons.renderers.entry import Entry
 from comparisons.renderers.messages import (
     Failed,
     FirstHits,
@@ -22,25 +30,70 @@ from comparisons.renderers.messages import (
     receive_request,
     send_reply,
 )
-from comparisons.renderers.protocol import Hits, Images, Renderer, SeesFirstHits
+from comparisons.renderers.protocol import (
+    Hits,
+    Images,
+    Renderer,
+    RendererError,
+    RendererFailed,
+    SeesFirstHits,
+    Unsupported,
+)
+from comparisons.renderers.registry import make
 from scenes import Scene
 
+_LEAVING = threading.Lock()
 
-def main(name: str) -> None:
+
+def main(name: str, known: str) -> None:
     """Answer requests until the standard input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then ends its workers
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     # replies go through a copy of the standard output; whatever else is printed there joins the log
     replies = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     try:
-        renderer = create(name)
-        send_reply(replies, Ready(renderer.version()))
+        entry = msgspec.json.decode(known, type=Entry)
+        if entry.folder:
+            sys.path[:] = map(os.path.abspath, sys.path)
+            os.chdir(entry.folder)
+        renderer = make(entry)
+        send_reply(replies, Ready(_version(renderer)))
     except Exception as error:
         traceback.print_exc()
         send_reply(replies, Failed(f"{name} can't be loaded: {error}"))
         return
-    while (request := receive_request(sys.stdin.buffer)) is not None:
-        send_reply(replies, *_answer(renderer, *request))
+    try:
+        while (request := receive_request(sys.stdin.buffer)) is not None:
+            send_reply(replies, *_answer(renderer, *request))
+    finally:  # the run has gone: had it sent us home, we would not get here
+        _leave()
+
+
+def _version(renderer: object) -> str:
+    """As it says itself; an object of the user's may have none, its module perhaps."""
+    ask = getattr(renderer, "version", None)
+    module = sys.modules.get(type(renderer).__module__)
+    found = ask() if callable(ask) else getattr(module, "__version__", "unknown")
+    if not isinstance(found, str):
+        raise RendererFailed(f"version() returned {found!r}: expected a text")
+    return found
+
+
+def _end_with(parent: int) -> None:
+    """End this process when the run is gone, even if it was killed."""
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    _leave()
+
+
+def _leave() -> None:
+    """End this process and all it has started, and take its temporary files along."""
+    with _LEAVING:
+        if folder := os.environ.get(limits.MARK):
+            limits.end_all(os.getpid(), folder)
+            shutil.rmtree(folder, ignore_errors=True)
+        os._exit(0)
 
 
 def _answer(renderer: Renderer, request: Request, scene: Scene) -> tuple[Reply, Images | None]:
@@ -51,9 +104,18 @@ def _answer(renderer: Renderer, request: Request, scene: Scene) -> tuple[Reply, 
             image = renderer.render(scene, request.bounces, request.spp, request.seed)
     except Unsupported as missing:
         return Refused(str(missing)), None
+    except RendererError as error:
+        return Failed(str(error)), None
     except Exception as error:
         traceback.print_exc()
         return Failed(f"{type(error).__name__}: {error}"), None
+    return _rendered(image)
+
+
+def _rendered(found: object) -> tuple[Reply, Images | None]:
+    image = np.asarray(found)
+    if image.dtype.kind not in "fiu":
+        return Failed(f"returned values of type {image.dtype}, expected an array of real numbers"), None
     return Rendered(image.shape), image
 
 
@@ -64,4 +126,4 @@ def _first_hits(renderer: Renderer, scene: Scene) -> Hits:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])

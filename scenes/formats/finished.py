@@ -6,7 +6,7 @@ one layer, ``ViewLayer.Combined.R``. Or it has a layer per bounce, as ``lightpro
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,35 +34,40 @@ class Finished:
     rounding: float
 
 
-def read(path: Path, layers: bool, channels: int) -> Finished:
+def read(path: Path, layers: bool, channels: int, formats: Collection[str] = ("openexr",)) -> Finished:
     """Read a finished image.
 
     Args:
         path: the file.
-        layers: whether it has a layer per bounce.
+        layers: whether it has a layer per bounce, or, in an EXR file, a part.
         channels: how many are expected; Y alone will do too.
+        formats: those that will do, as OpenImageIO calls them; of each of them only floats.
 
     Raises:
-        ImageError: no such file, no EXR, other channels, or only a part of the picture.
+        ImageError: no such file, another format, other channels, or only a part of the picture.
     """
     if not path.is_file():
         raise ImageError(f"{path}: there is no such file" if not path.exists() else f"{path} is no file")
-    source = oiio.ImageInput.open(str(path))
+    upright = oiio.ImageSpec()
+    upright.attribute("pnm:pfmflip", 1)  # a PFM begins with its last row, and is read so unless one asks
+    source = oiio.ImageInput.open(str(path), upright)
     if source is None:
         raise ImageError(f"{path}: expected an EXR file; it can't be read: {oiio.geterror()}")
     try:
-        _check_format(path, source)
+        _check_format(path, source, formats)
         if layers:
-            return Finished(read_bounces(path)[0], False, _rounding(source.spec()))
+            named = _named_parts(source)
+            images = _read_parts(path, source, named, channels) if named else read_bounces(path)[0]
+            return Finished(images, False, _rounding(source))
         return _read_sum(path, source, channels)
     finally:
         source.close()
 
 
-def _check_format(path: Path, source: oiio.ImageInput) -> None:
+def _check_format(path: Path, source: oiio.ImageInput, formats: Collection[str]) -> None:
     name, pixels = source.format_name(), source.spec().format
-    if name != "openexr":
-        integers = str(pixels).startswith(("uint", "int"))
+    integers = str(pixels).startswith(("uint", "int"))
+    if name not in formats or (integers and name != "openexr"):
         why = (
             f"a {name} file of {8 * pixels.size()}-bit integers, rounded, clipped at white and encoded for a screen: "
             "it says nothing certain about radiance"
@@ -103,7 +108,7 @@ def _read_sum(path: Path, source: oiio.ImageInput, channels: int) -> Finished:
         raise ImageError(f"{path}: its pixels can't be read; the file is incomplete: {source.geterror()}")
     order = [spec.channelnames.index(f"{layer}.{name}" if layer else name) for name in names]
     values = np.asarray(pixels, dtype=np.float64).reshape(spec.height, spec.width, -1)[..., order]
-    return Finished(values[None], True, _rounding(spec))
+    return Finished(values[None], True, _rounding(source))
 
 
 def _parts(source: oiio.ImageInput) -> Iterator[oiio.ImageSpec]:
@@ -128,6 +133,40 @@ def _pictures(source: oiio.ImageInput, wanted: list[list[str]]) -> Iterator[tupl
             return
 
 
-def _rounding(spec: oiio.ImageSpec) -> float:
-    """Half a unit in the last place of a half or a float, relative."""
-    return 2.0**-11 if str(spec.format) == "half" else 2.0**-24
+def _named_parts(source: oiio.ImageInput) -> dict[str, int]:
+    """Parts of an EXR file that are called as bounces are, where it has more than one part."""
+    names = [str(spec.getattribute("oiio:subimagename") or "") for spec in _parts(source)]
+    source.seek_subimage(0, 0)
+    named = {name: part for part, name in enumerate(names) if name.startswith("bounce")}
+    return named if len(names) > 1 else {}
+
+
+def _read_parts(path: Path, source: oiio.ImageInput, named: dict[str, int], channels: int) -> Images:
+    """The images of parts ``bounce0``, ``bounce1``, …, ``(bounces + 1, height, width, channels)``."""
+    ordered = [f"bounce{k}" for k in range(len(named))]
+    if set(ordered) != set(named):
+        raise ImageError(f"{path}: expected parts bounce0, bounce1, …; found {', '.join(named)}")
+    images = []
+    for name in ordered:
+        source.seek_subimage(named[name], 0)
+        spec, pixels = source.spec(), source.read_image(oiio.FLOAT)
+        if pixels is None:
+            raise ImageError(f"{path}: its pixels can't be read; the file is incomplete: {source.geterror()}")
+        found = [channel.rpartition(".")[2] for channel in spec.channelnames]
+        wanted = next((w for w in (channel_names(channels), ["Y"]) if set(w) <= set(found)), None)
+        if wanted is None:
+            expected = ", ".join(channel_names(channels))
+            raise ImageError(f"{path}: part {name}: expected channels {expected}; found {', '.join(found)}")
+        values = np.asarray(pixels, dtype=np.float64).reshape(spec.height, spec.width, -1)
+        images.append(values[..., [found.index(channel) for channel in wanted]])
+    source.seek_subimage(0, 0)
+    if len({image.shape for image in images}) > 1:
+        raise ImageError(f"{path}: its parts have different sizes or channels")
+    return np.stack(images)
+
+
+def _rounding(source: oiio.ImageInput) -> float:
+    """Half a unit in the last place of a half or a float, relative; of RGBE, a whole one of its 8 bits."""
+    if source.format_name() == "hdr":
+        return 2.0**-7
+    return 2.0**-11 if str(source.spec().format) == "half" else 2.0**-24

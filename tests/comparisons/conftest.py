@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from comparisons import campaign, renderers
-from comparisons.renderers import process
+from comparisons import campaign
+from comparisons.renderers import process, registry
 from comparisons.results import Comparison
 from comparisons.settings import Settings
 from scenes import library
@@ -27,7 +27,7 @@ def wrong(monkeypatch: pytest.MonkeyPatch) -> Any:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    monkeypatch.setattr(renderers, "RENDERERS", {**renderers.RENDERERS, **module.ENTRIES})
+    monkeypatch.setattr(registry, "RENDERERS", {**registry.RENDERERS, **module.ENTRIES})
     monkeypatch.setattr(process, "WORKER", (sys.executable, "-P", str(_FILE)))
     return module
 

@@ -124,7 +124,7 @@ WRONG: dict[str, Callable[[Scene, int, int, int], Images]] = {
 MISSING = "wrong:missing"
 """A renderer whose package is not installed."""
 
-ENTRIES = {name: Entry(name, "none", "None", "") for name in [*WRONG, MISSING]}
+ENTRIES = {name: Entry(name, "none", "None", name) for name in [*WRONG, MISSING]}
 
 
 class WrongRenderer:
@@ -138,12 +138,12 @@ class WrongRenderer:
         return self._render(scene, max(bounces), spp, seed)[list(bounces)]
 
 
-def create(name: str) -> WrongRenderer:
-    if name == MISSING:
+def make(entry: Entry) -> WrongRenderer:
+    if entry.argument == MISSING:
         raise ModuleNotFoundError("No module named 'missing'")
-    return WrongRenderer(name)
+    return WrongRenderer(entry.argument)
 
 
 if __name__ == "__main__":
-    worker.create = create
-    worker.main(sys.argv[1])
+    worker.make = make
+    worker.main(*sys.argv[1:])

@@ -1,0 +1,194 @@
+"""From the name of a renderer to what is known of it.
+
+A name is looked for among those of this project, in the user's configuration (``config.py``), among the entry points
+of installed packages (group ``lightproof.renderers``), and last it may be ``module:attribute``, an object of the
+user's own. What comes first keeps the name.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import import_module
+from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, version
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import msgspec
+
+from comparisons.renderers import config
+from comparisons.renderers.config import ConfigError
+from comparisons.renderers.entry import Entry
+from comparisons.renderers.mitsuba_names import entry_of, full_name
+from comparisons.renderers.protocol import Renderer
+from comparisons.renderers.python_object import is_module
+from scenes.names import UnknownNameError
+
+GROUP = "lightproof.renderers"
+"""Of the entry points by which installed packages bring renderers along."""
+
+_OBJECT = re.compile(r"[^\W\d][\w.]*:[^\W\d][\w.]*")
+
+
+def _reference(argument: str, title: str) -> Entry:
+    return Entry(f"the reference tracer{title}", "reference", "ReferenceRenderer", argument, one_walk=True)
+
+
+RENDERERS: Mapping[str, Entry] = MappingProxyType(
+    {
+        "reference:mis": _reference("mis", ": next event and chance, weighted"),
+        "reference:mis:sobol": _reference("mis:sobol", ", on scrambled Sobol' points over the whole image"),
+        "reference:nee": _reference("nee", ": next event alone"),
+        "reference:bsdf": _reference("bsdf", ": emission found by chance"),
+        **{name: entry for name in ("mitsuba:scalar_rgb",) if (entry := entry_of(name))},
+    }
+)
+
+SHORT_NAMES: Mapping[str, str] = MappingProxyType(
+    {"reference": "reference:mis", "mitsuba": "mitsuba:scalar_rgb"}
+)
+
+FAMILIES: tuple[Callable[[str], Entry | None], ...] = (entry_of,)
+"""Names with parts, of which there are too many to list: each knows whether a name is one of its own."""
+
+STRATEGIES = ("reference:mis", "reference:nee", "reference:bsdf", "reference:mis:sobol")
+"""Renderers that differ in how they sample, and in nothing else. Variants of Mitsuba run the same strategy."""
+
+
+def canonical(name: str) -> str:
+    """The full name behind a short one: ``mitsuba`` is ``mitsuba:scalar_rgb``.
+
+    Raises:
+        UnknownNameError: there is no such renderer.
+        ConfigError: the user's configuration can't be read.
+    """
+    full = full_name(SHORT_NAMES.get(name, name))
+    _found(full)
+    return full
+
+
+def resolve(name: str) -> Entry:
+    """What is known of a renderer, by its full name or a short one.
+
+    Raises:
+        UnknownNameError, ConfigError: as above.
+    """
+    entry = _found(SHORT_NAMES.get(name, name))
+    return entry if entry.memory else msgspec.structs.replace(entry, memory=config.current().memory)
+
+
+def traits(name: str) -> Entry:
+    """What is declared of a renderer; nothing out of the ordinary for one that nobody knows."""
+    try:
+        return _found(name)
+    except UnknownNameError:
+        return Entry("", "", "")
+
+
+def strategies_of(name: str) -> tuple[str, ...]:
+    """The other ways in which the renderer of that full name can estimate the same image."""
+    return tuple(other for other in STRATEGIES if other != name) if name in STRATEGIES else ()
+
+
+def create(name: str) -> Renderer:
+    """Make the renderer of that name in this process, importing its packages.
+
+    Raises:
+        UnknownNameError: there is no such renderer.
+        ImportError: its packages are not installed.
+    """
+    return make(resolve(name))
+
+
+def make(entry: Entry) -> Renderer:
+    """The same of what is known of it already."""
+    adapter: Callable[[str], Renderer] = getattr(_module(entry), entry.adapter)
+    return adapter(entry.argument)
+
+
+def listed() -> dict[str, Entry]:
+    """All that have a name to be listed by; ``module:attribute`` has none until it is asked for."""
+    points = {name: _of_point(point) for name, point in announced().items()}
+    return {**RENDERERS, **_own(), **points}
+
+
+def announced() -> dict[str, EntryPoint]:
+    """The renderers of installed packages, by name. A name that is ours, or the user's, is not theirs."""
+    taken = {*RENDERERS, *SHORT_NAMES, *_own()}
+    return {point.name: point for point in entry_points(group=GROUP) if point.name not in taken}
+
+
+def installed(entry: Entry) -> str | None:
+    """Its version, or that of the package that brings it, without loading it; None if it is not there.
+
+    What comes from no package says itself whether it is there, and its version if the configuration tells.
+    """
+    if not entry.package:
+        found: str | None = _module(entry).installed(entry.argument)
+        return found
+    try:
+        return version(entry.package)
+    except PackageNotFoundError:
+        return None
+
+
+def supports(entry: Entry) -> dict[str, Sequence[str]]:
+    """What it can express and do, as its adapter says it; empty where nobody can tell without loading it."""
+    ask = getattr(_module(entry), "supports", None) if entry.module else None
+    if ask is None:
+        return {}
+    said: dict[str, Sequence[str]] = ask(entry.argument) if inspect.signature(ask).parameters else ask()
+    return said
+
+
+def _module(entry: Entry) -> Any:
+    return import_module(f"comparisons.renderers.{entry.module}")
+
+
+def _found(name: str) -> Entry:
+    """What is known of a renderer by its full name.
+
+    Raises:
+        UnknownNameError, ConfigError: see ``canonical``.
+    """
+    if name in RENDERERS:
+        return RENDERERS[name]
+    for candidate in _candidates(name):
+        if candidate is not None:
+            return candidate
+    raise UnknownNameError("renderer", name, [*SHORT_NAMES, *listed()])
+
+
+def _candidates(name: str) -> Iterator[Entry | None]:
+    for family in FAMILIES:
+        yield family(name)
+    if name.partition(":")[0] in {known.partition(":")[0] for known in RENDERERS}:
+        return  # a wrong name of ours is not a module of the user's
+    yield _own().get(name)
+    if point := announced().get(name):
+        yield _of_point(point)
+    if _OBJECT.fullmatch(name) and is_module(name.partition(":")[0]):
+        yield Entry(
+            "an object of one's own", "python_object", "from_folder", name, "", folder=str(Path.cwd())
+        )
+
+
+def _own() -> Mapping[str, Entry]:
+    """The renderers of the user's configuration.
+
+    Raises:
+        ConfigError: it can't be read, or one of them has a name of ours.
+    """
+    found = config.current()
+    for name in found.renderers:
+        if name in SHORT_NAMES or name in RENDERERS:
+            raise ConfigError(found.file, f"renderers.{name}", name, "a name that is not one of ours")
+    return found.renderers
+
+
+def _of_point(point: EntryPoint) -> Entry:
+    package = point.dist.name if point.dist else ""
+    title = f"{point.value} of {package or 'an unknown package'}"
+    return Entry(title, "python_object", "from_package", point.value, package)
