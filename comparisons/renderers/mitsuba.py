@@ -73,6 +73,12 @@ class MitsubaRenderer:
         _refuse_cancellation(bounces, total.mean(axis=(1, 2, 3)), sums)
         return total / spp
 
+    def total(self, scene: Scene, spp: int, seed: int) -> Images:
+        """The integrator ``path`` as it comes: no last bounce, Russian roulette from its own depth on."""
+        path = self._mi.load_dict({"type": "path"})
+        image = self._mi.render(self._load(scene), integrator=path, spp=spp, seed=seed)
+        return np.array(image, dtype=np.float64)
+
     def first_hits(self, scene: Scene) -> Hits:
         """Its camera's rays through the centres of pixels, met by its ``ray_intersect``; see the protocol.
 

@@ -19,10 +19,11 @@ from comparisons.renderers.messages import (
     Rendered,
     Reply,
     Request,
+    Total,
     receive_request,
     send_reply,
 )
-from comparisons.renderers.protocol import Hits, Images, Renderer, SeesFirstHits
+from comparisons.renderers.protocol import NO_TOTAL, Hits, Images, Renderer, RendersTotal, SeesFirstHits
 from scenes import Scene
 
 
@@ -47,6 +48,8 @@ def _answer(renderer: Renderer, request: Request, scene: Scene) -> tuple[Reply, 
     try:
         if isinstance(request, FirstHits):
             image = _first_hits(renderer, scene)
+        elif isinstance(request, Total):
+            image = _total(renderer, scene, request)
         else:
             image = renderer.render(scene, request.bounces, request.spp, request.seed)
     except Unsupported as missing:
@@ -55,6 +58,12 @@ def _answer(renderer: Renderer, request: Request, scene: Scene) -> tuple[Reply, 
         traceback.print_exc()
         return Failed(f"{type(error).__name__}: {error}"), None
     return Rendered(image.shape), image
+
+
+def _total(renderer: Renderer, scene: Scene, request: Total) -> Images:
+    if not isinstance(renderer, RendersTotal):
+        raise Unsupported(NO_TOTAL)
+    return renderer.total(scene, request.spp, request.seed)
 
 
 def _first_hits(renderer: Renderer, scene: Scene) -> Hits:
