@@ -18,8 +18,8 @@ A bounce whose deviation is measured to be the declared one has the verdict ``kn
 channels lie inside declared ± within, those of the others inside ± tolerance. Clearly anything else fails, a smaller
 deviation as well as a larger one. One that has vanished passes, and the report asks for the entry to go.
 
-Of the whole sum, too, only what the declared bounces explain is known: Σ (declared bias × mean of TᵏE) relative to the
-sum, within Σ (within × mean of TᵏE) and the tolerance of all other bounces (``declared_of_sum``).
+Of the whole sum, too, what the declared bounces explain is known, and nothing else: Σ (bias × mean of TᵏE) relative
+to the sum, within Σ (within × mean of TᵏE) and the tolerance of all other bounces (``declared_of_sum``).
 
 Of a relation, the bias is that of the first side, relative to the second, and ``case`` may also be one of the scenes
 that relations bring along. The entry speaks of each of its claims.

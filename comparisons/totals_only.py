@@ -1,7 +1,7 @@
 """A renderer without depth control: it makes totals, and no single bounce.
 
 With every albedo times s its total is Σ sᵏ TᵏE. So it is held against that for several s (``total.SCALES``); s = 0
-leaves E, which is bounce 0. To solve for the later bounces is hopeless: at five of them the condition number is 4·10³.
+leaves E, which is bounce 0. To solve for the later bounces is hopeless: for five of them the condition is 4·10³.
 So nothing is said of each by itself.
 """
 

@@ -45,11 +45,13 @@ def tail_bound(scene: Scene, last: int) -> Array:
         ``(channels,)``, in the unit of the image; inf where there is no bound.
     """
     rho = largest_albedo(scene)
-    direct = rho * brightest_emission(scene) + rho / np.pi * _of_directions(scene)
+    emitted = brightest_emission(scene) + _of_directions(scene) / np.pi
+    direct = rho * np.where(rho > 0, emitted, 0.0)  # where nothing reflects, not even a point light matters
     weight = np.pi if isinstance(scene.sensor, IrradianceMeter) else 1.0  # ∫ cos θ dl of its hemisphere
-    with np.errstate(divide="ignore", invalid="ignore"):
-        bound: Array = weight * np.where(direct > 0, rho**last * direct / (1 - rho), 0.0)
-    return np.where((rho < 1) | (direct == 0), bound, np.inf)
+    bound = np.full(scene.channels, np.inf)
+    some = rho < 1
+    bound[some] = weight * rho[some] ** last * direct[some] / (1 - rho[some])
+    return np.where(direct > 0, bound, 0.0)
 
 
 def largest_albedo(scene: Scene) -> Array:
