@@ -63,9 +63,11 @@ def largest_albedo(scene: Scene) -> Array:
 
 def brightest_emission(scene: Scene) -> Array:
     """The largest radiance that surfaces and skies emit, ``(channels,)``; 0 where there are none."""
+    dark = np.zeros(scene.channels)
     of_surfaces = [_of_area(s.emission) for s in scene.surfaces if s.emission is not None]
-    of_skies = [_of_sky(light) for light in scene.lights]
-    return np.max([*of_surfaces, *of_skies, np.zeros(scene.channels)], axis=0)
+    sky = np.sum([dark, *map(_of_sky, scene.lights)], axis=0)
+    brightest: Array = np.max([dark, *of_surfaces, sky], axis=0)
+    return brightest
 
 
 def _albedo(material: Material, channels: int) -> Array:
