@@ -13,10 +13,13 @@ from comparisons.crew import Crew
 from comparisons.in_process import InProcess
 from comparisons.probe import Probe
 from comparisons.renderers import Renderer, RendererError, canonical
+from comparisons.renderers.protocol import NO_BOUNCES
 from comparisons.results import Comparison
 from comparisons.settings import Observer, Settings
+from comparisons.totals_only import by_totals
 from comparisons.truth import truth_of
-from scenes import Case, Tolerance
+from comparisons.whole_sum import Series
+from scenes import Case, Tolerance, Truth
 from scenes.formats import exr
 
 
@@ -95,20 +98,40 @@ def _against_all(
     try:
         truth = truth_of(case, crew, lambda share: observer.progressed(share, "estimating the truth"))
         exr.write_bounces(images / "truth.exr", truth.mean, truth.stderr, wavelengths=case.wavelengths)
+        series = Series.of(case, truth) if settings.total else None
     except (RendererError, exr.ImageError, OSError) as error:
         for contender in contenders:
             comparison = failed(case, contender.name, settings, RendererError(f"there is no truth: {error}"))
             observer.finished(comparison)
             yield comparison
         return
-    for i, (name, _, guest) in enumerate(contenders):
+    for i, contender in enumerate(contenders):
         if i:
-            observer.started(case.name, name)
-        complaint = contenders[i].complaint()
-        comparison = (
-            failed(case, name, settings, complaint)
-            if complaint
-            else Comparing(case, name, truth, settings, guest or crew, observer, guest).run(folder)
-        )
+            observer.started(case.name, contender.name)
+        comparison = _against(case, contender, truth, series, settings, folder, crew, observer)
         observer.finished(comparison)
         yield comparison
+
+
+def _against(
+    case: Case,
+    contender: _Contender,
+    truth: Truth,
+    series: Series | None,
+    settings: Settings,
+    folder: Path,
+    crew: Crew,
+    observer: Observer,
+) -> Comparison:
+    """One renderer: bounce by bounce if it can, else by the totals that it makes."""
+    if complaint := contender.complaint():
+        return failed(case, contender.name, settings, complaint)
+    guest = contender.guest
+    found = Comparing(case, contender.name, truth, settings, guest or crew, observer, guest, series).run(
+        folder
+    )
+    if found.verdict != "unsupported" or not found.message.startswith(NO_BOUNCES):
+        return found
+    return by_totals(
+        found, case, series or Series.of(case, truth), settings, guest or crew, observer, guest, folder
+    )

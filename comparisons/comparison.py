@@ -21,14 +21,16 @@ from comparisons.metrics import partial_sum_metrics, term_metrics
 from comparisons.notes import notes
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, Unsupported, canonical, traits
-from comparisons.results import BounceResult, Comparison, Hint, Images, Look
+from comparisons.results import BounceResult, Comparison, Hint, Images, Look, TotalResult
 from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
 from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Biases, Means, biases, denominators
 from comparisons.statistics.rare_events import event_size, least_error
+from comparisons.total import Totalling, counted, said_of
 from comparisons.truth import ESTIMATOR, STAND_IN
 from comparisons.verdict import Measured, judge, overall
+from comparisons.whole_sum import Series
 from scenes import Case, Estimate, Truth
 from scenes.channels import channel_names
 from scenes.features import features
@@ -55,8 +57,12 @@ class Comparing:
         crew: Crew,
         observer: Observer,
         guest: InProcess | None = None,
+        series: Series | None = None,
     ) -> None:
-        """Of a renderer by its name; or of the guest, an object of this process, which is the crew then."""
+        """Of a renderer by its name; or of the guest, an object of this process, which is the crew then.
+
+        With the series of the case, its total is compared, too.
+        """
         full_name = guest.name if guest else canonical(renderer)
         self.shown_name, (self.name, self.notes) = renderer, _judged_as(case, full_name)
         self.traits = guest.traits if guest else traits(self.name)
@@ -67,6 +73,10 @@ class Comparing:
         self.truth_means = self.regions.means(truth.mean)
         self.truth_errors = self.regions.stderr(truth.stderr)
         self.denominators = denominators(self.truth_means)
+        # who ends at some bounce has no sum of all
+        self.series = series if self.traits.last_bounce is None else None
+        # the total is one image more to be wrong about
+        self.others = self.truth_means[0].size + (case.scene.channels if self.series else 0)
         self.found: dict[int, BounceResult] = {}
         self.looks: list[Look] = []
 
@@ -75,13 +85,25 @@ class Comparing:
         start, version = time.monotonic(), ""
         try:
             version = self.crew.version(self.name)
-            sampler = self._sample(declared(list(self.settings.known), self.case.name, self.name, version))
+            known = declared(list(self.settings.known), self.case.name, self.name, version)
+            sampler = self._sample(known)
+            seconds = sampler.seconds
+            totals = [self._total(self.series, known)] if self.series else []
         except RendererError as error:
             seconds = time.monotonic() - start
             return failed(self.case, self.shown_name, self.settings, error, seconds, version)
         finally:
             self.crew.dismiss(self.name)
-        return self._result(sampler, version, folder)
+        return self._result(sampler, version, folder, seconds, totals)
+
+    def _total(self, series: Series, known: list[Deviation]) -> TotalResult:
+        def show(share: float) -> None:
+            self.observer.progressed(share, "the total, by its own defaults")
+
+        work = Totalling(
+            self.case, self.name, series, self.settings, self.crew, self.traits, known, self.others, show
+        )
+        return work.row()[0]
 
     def _sample(self, known: list[Deviation]) -> Sampler:
         """Sample and look, at most twice as late each time, until every bounce is decided or the budget is used up.
@@ -185,7 +207,7 @@ class Comparing:
             Means.known(truth, self.truth_errors[:, k]),
             self.denominators[:, k],
             self.settings.alpha_of(look),
-            others=self.truth_means[0].size,
+            others=self.others,
             least_error=least_error(
                 event_size(sampler.pixels[k], sampler.spp),
                 truth,
@@ -210,7 +232,9 @@ class Comparing:
             enough=replicates.count >= sampler.enough,
         )
 
-    def _result(self, sampler: Sampler, version: str, folder: Path) -> Comparison:
+    def _result(
+        self, sampler: Sampler, version: str, folder: Path, seconds: float, totals: list[TotalResult]
+    ) -> Comparison:
         bounces = [self.found[k] for k in sorted(self.found)]
         mean, stderr = (
             np.stack([getattr(sampler.pixels[b.bounce], name) for b in bounces])
@@ -224,11 +248,11 @@ class Comparing:
         made = f"{self.case.name}, {self.name} {version}, first seed {first_seed(self.settings.seed)}"
         header = {"lightproof:source": made}
         exr.write_bounces(folder / images.renderer, mean, stderr, header, self.case.wavelengths)
-        verdict = overall(b.verdict for b in bounces)
+        by_bounce = overall(b.verdict for b in bounces)
         return Comparison(
             **about(self.case, self.shown_name, self.settings),
-            verdict=verdict,
-            seconds=sampler.seconds,
+            verdict=overall([by_bounce, *counted(totals)]),
+            seconds=seconds + sum(t.seconds for t in totals),
             spp=max(b.spp for b in bounces),
             replicates=max(b.replicates for b in bounces),
             bounces=bounces,
@@ -238,9 +262,11 @@ class Comparing:
             term_metrics=term_metrics(mean, self.truth.mean),
             images=images,
             truth_source=self.truth.source,
-            message=_undecided(bounces, self.settings.budget),
+            message="; ".join(filter(None, (_undecided(bounces, self.settings.budget), said_of(totals)))),
+            log=[line for total in totals for line in total.log],
             notes=self.notes + notes(bounces, sampler),
-            hints=self._hints(mean) if verdict == "fail" else [],
+            hints=self._hints(mean) if by_bounce == "fail" else [],
+            totals=totals,
         )
 
     def _hints(self, mean: Array) -> list[Hint]:

@@ -37,6 +37,15 @@ class Crew:
             self._ask, name, lambda process: process.render(scene, asked, spp, seed, timeout)
         )
 
+    def total(self, name: str, scene: Scene, spp: int, seed: int, timeout: float) -> Future[Images]:
+        """Ask for one sum of all bounces, ``(1, height, width, channels)``.
+
+        The future raises what ``RendererProcess.total`` raises.
+        """
+        return self._pool.submit(
+            self._ask, name, lambda process: process.total(scene, spp, seed, timeout)[None]
+        )
+
     def first_hits(self, name: str, scene: Scene, timeout: float) -> Future[Hits]:
         """Ask what its rays meet first; the future raises what ``RendererProcess.first_hits`` raises."""
         return self._pool.submit(self._ask, name, lambda process: process.first_hits(scene, timeout))

@@ -17,8 +17,8 @@ import numpy as np
 
 from comparisons.crew import Crew
 from comparisons.renderers import Entry, Hits, Images, Renderer, RendererError, RendererFailed, Unsupported
-from comparisons.renderers.process import LOG_LINES, check_hits, check_image
-from comparisons.renderers.protocol import SeesFirstHits
+from comparisons.renderers.process import LOG_LINES, check_hits, check_image, check_total
+from comparisons.renderers.protocol import NO_TOTAL, RendersTotal, SeesFirstHits
 from scenes import Scene
 
 T = TypeVar("T")
@@ -62,6 +62,20 @@ class InProcess(Crew):
             future.set_exception(error)
         return future
 
+    def total(self, name: str, scene: Scene, spp: int, seed: int, timeout: float) -> Future[Images]:
+        """The same of the sum of all bounces, if it makes one."""
+        future: Future[Images] = Future()
+        try:
+            if not isinstance(self._renderer, RendersTotal):
+                raise Unsupported(NO_TOTAL)
+            maker = self._renderer
+            image = _numbers(_called(lambda: np.asarray(maker.total(scene, spp, seed))))
+            check_total(image, scene)
+            future.set_result(image[None])
+        except RendererError as error:
+            future.set_exception(error)
+        return future
+
     def first_hits(self, name: str, scene: Scene, timeout: float) -> Future[Hits]:
         """The same of what its rays meet, if it can tell."""
         future: Future[Hits] = Future()
@@ -81,11 +95,15 @@ class InProcess(Crew):
 
     def _image(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
         found = _called(lambda: np.asarray(self._renderer.render(scene, bounces, spp, seed)))
-        if found.dtype.kind not in "fiu":
-            raise RendererFailed(f"returned values of type {found.dtype}, expected an array of real numbers")
-        image = np.array(found, dtype=np.float64)  # a copy: the object may draw the next one over it
+        image = _numbers(found)
         check_image(image, bounces, scene)
         return image
+
+
+def _numbers(found: Images) -> Images:
+    if found.dtype.kind not in "fiu":
+        raise RendererFailed(f"returned values of type {found.dtype}, expected an array of real numbers")
+    return np.array(found, dtype=np.float64)  # a copy: the object may draw the next one over it
 
 
 def _called(method: Callable[[], T]) -> T:

@@ -19,6 +19,9 @@ A bounce whose deviation is measured to be the declared one has the verdict ``kn
 channels lie inside declared ± within, those of the others inside ± tolerance. Clearly anything else fails, a smaller
 deviation as well as a larger one. One that has vanished passes, and the report asks for the entry to go.
 
+Of the whole sum, too, what the declared bounces explain is known, and nothing else: Σ (bias × mean of TᵏE) relative
+to the sum, within Σ (within × mean of TᵏE) and the tolerance of all other bounces (``declared_of_sum``).
+
 Of a relation, the bias is that of the first side, relative to the second, and ``case`` may also be one of the scenes
 that relations bring along. The entry speaks of each of its claims.
 """
@@ -27,15 +30,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from importlib.resources import files
 from pathlib import Path
+from typing import Protocol
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 
 from comparisons.renderers import RENDERERS, canonical
 from comparisons.renderers.mitsuba_names import shown, spelled_out
+from scenes import Tolerance
 from scenes.library import CASES
 from scenes.names import UnknownNameError, look_up
 
@@ -114,6 +122,73 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         deviate = list(names) if self.channels is None else self.channels
         by_name = zip(deviate, bias if isinstance(bias, list) else [bias] * len(deviate), strict=True)
         return {name: b for name, b in by_name if name in names}
+
+
+class Declared(Protocol):
+    """What is declared of one image, a bounce or the sum."""
+
+    @property
+    def within(self) -> float:
+        """How close to that the whole image must be."""
+
+    @property
+    def tile_within(self) -> float:
+        """And every tile."""
+
+    @property
+    def reason(self) -> str:
+        """Why."""
+
+    @property
+    def link(self) -> str:
+        """Where more is told."""
+
+    def biases(self, bounce: int, names: Sequence[str]) -> dict[str, float]:
+        """By channel, as of ``Deviation``."""
+
+
+@dataclass(frozen=True)
+class DeclaredSum:
+    """What the entries of single bounces explain of the sum."""
+
+    by_channel: dict[str, float]
+    within: float
+    tile_within: float
+    reason: str
+    link: str
+
+    def biases(self, bounce: int, names: Sequence[str]) -> dict[str, float]:
+        """Of the sum, whatever the bounce."""
+        return self.by_channel
+
+
+def declared_of_sum(
+    entries: Sequence[Deviation], means: NDArray[np.float64], names: Sequence[str], tolerance: Tolerance
+) -> DeclaredSum | None:
+    """What is declared of a sum by what is declared of its bounces; None if nothing is.
+
+    Args:
+        entries: of the comparison; of two that speak of the same bounce, the later one counts.
+        means: of TᵏE over the image, ``(bounces + 1, channels)``; the last may hold all that follows.
+        names: of the channels.
+        tolerance: of bounces that no entry speaks of.
+    """
+    spoken = {k: entry for entry in entries for k in range(len(means)) if entry.speaks_of(k)}
+    if not spoken:
+        return None
+    shares = means / np.where((whole := means.sum(axis=0)) > 0, whole, 1.0)
+    largest, sums = shares.max(axis=1), dict[str, float]()
+    within, tile_within = 0.0, 0.0
+    for k, share in enumerate(shares):
+        entry = spoken.get(k)
+        within += float(largest[k]) * (entry.within if entry else tolerance.of_image(k))
+        tile_within += float(largest[k]) * (entry.tile_within if entry else tolerance.of_tile(k))
+        for name, bias in (entry.biases(k, names) if entry else {}).items():
+            sums[name] = sums.get(name, 0.0) + bias * float(share[names.index(name)])
+    entry = next(iter(spoken.values()))
+    bounces = ", ".join(map(str, sorted(spoken)[:6])) + (" …" if len(spoken) > 6 else "")
+    reason = f"What is declared of bounces {bounces} explains it. {entry.reason}"
+    return DeclaredSum(sums, within, tile_within, reason, entry.link)
 
 
 class _File(msgspec.Struct, forbid_unknown_fields=True):

@@ -7,16 +7,27 @@ what a renderer makes that has lost this bounce.
 
 from __future__ import annotations
 
+from concurrent.futures import Future
+from typing import Protocol
+
 import numpy as np
 
-from comparisons.renderers import RendererError, RendererFailed, Unsupported, traits
+from comparisons.renderers import Images, RendererError, RendererFailed, Unsupported, traits
+from comparisons.renderers.protocol import makes_totals_only
 from comparisons.sequential import Renders
-from scenes import library
+from scenes import Scene, library
 
 _SEEDS = (1_000_003, 2_000_003)
 _BOUNCES = (1, 2)
 """Light from a lamp with an extent: a sample of it differs from another one, whatever the strategy. Two bounces,
 since who counts from another number has emission for the first, which may have no noise."""
+
+
+class Asked(Renders, Protocol):
+    """Who renders, totals too."""
+
+    def total(self, name: str, scene: Scene, spp: int, seed: int, timeout: float) -> Future[Images]:
+        """As ``Crew.total``."""
 
 
 class Probe:
@@ -27,7 +38,7 @@ class Probe:
         timeout: seconds after which one that gives no answer is stopped.
     """
 
-    def __init__(self, crew: Renders, timeout: float) -> None:
+    def __init__(self, crew: Asked, timeout: float) -> None:
         self._crew, self._timeout = crew, timeout
         self._heard: dict[str, RendererError | None] = {}
 
@@ -41,21 +52,27 @@ class Probe:
             self._heard[name] = None if traits(name).deterministic else self._ask(name)
         return self._heard[name]
 
-    def _ask(self, name: str) -> RendererError | None:
+    def _ask(self, name: str, of_total: bool = False) -> RendererError | None:
         scene = library.case("cornell-box").scene.resized(8, 8)
         try:
             one, other = (
-                self._crew.render(name, scene, _BOUNCES, 1, seed, self._timeout).result() for seed in _SEEDS
+                self._crew.total(name, scene, 1, seed, self._timeout).result()
+                if of_total
+                else self._crew.render(name, scene, _BOUNCES, 1, seed, self._timeout).result()
+                for seed in _SEEDS
             )
-        except Unsupported:
+        except Unsupported as error:
+            if makes_totals_only(error) and not of_total:
+                return self._ask(name, of_total=True)
             return None  # of this scene; it may well render another one
         except RendererError as error:
             asked = "asked for the Cornell box, which tells whether it heeds its seed"
             return type(error)(f"{error} ({asked})", error.log)
         if one.any() and np.array_equal(one, other):
+            what = "the total" if of_total else "bounces 1 and 2"
             return RendererFailed(
                 f"takes no notice of its seed: seeds {_SEEDS[0]} and {_SEEDS[1]} give the same image of a scene "
-                "that is noisy (bounces 1 and 2 of the Cornell box, one sample per pixel), so its noise can't be "
+                f"that is noisy ({what} of the Cornell box, one sample per pixel), so its noise can't be "
                 "told from a deviation. Expected: different seeds, independent images"
             )
         return None

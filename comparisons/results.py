@@ -204,6 +204,22 @@ class Look(Struct, frozen=True, kw_only=True):
     open_bounces: list[int]
 
 
+class TotalResult(Struct, frozen=True, kw_only=True):
+    """The sum of all bounces by the renderer's own defaults, held against Σ TᵏE; ``comparisons.total``."""
+
+    verdict: Verdict
+    scale: Annotated[float, Meta(description="s, of every albedo; the truth is Σ sᵏ TᵏE then")] = 1.0
+    result: Annotated[
+        BounceResult | None, Meta(description="of the sum; its bounce is the last one that the truth adds up")
+    ] = None
+    tail: Annotated[float, Meta(description="what later ones may hold, relative, where it is most")] = 0.0
+    truth: Annotated[str, Meta(description="how the sum is known")] = ""
+    seconds: float = 0.0
+    looks: list[Look] = []
+    message: Annotated[str, Meta(description="why there is no verdict")] = ""
+    log: list[str] = []
+
+
 class Comparison(Struct, frozen=True, kw_only=True):
     """One case held against one renderer."""
 
@@ -241,6 +257,9 @@ class Comparison(Struct, frozen=True, kw_only=True):
         list[Hint], Meta(description="what the sum of a failed comparison seems to have gone through")
     ] = []
     single_image: SingleImage | None = None
+    totals: Annotated[
+        list[TotalResult], Meta(description="one, or of a renderer without depth control several scales")
+    ] = []
 
 
 class RelationResult(Struct, frozen=True, kw_only=True):

@@ -30,6 +30,8 @@ class Settings:
         early_stop: whether to stop as soon as every bounce is decided; if not, there is one look, at the end of
             the budget.
         first_look: seconds that the least number of replicates should take; less, for less.
+        total: whether to hold the renderer's own sum of all bounces against the truth, too; it gets a quarter of the
+            budget, beside it.
     """
 
     bounces: int | None = None
@@ -43,6 +45,7 @@ class Settings:
     known: tuple[Deviation, ...] = ()
     early_stop: bool = True
     first_look: float = FIRST_LOOK
+    total: bool = True
 
     def alpha_of(self, look: int) -> float:
         """What a look may spend: all of α where it is the only one."""

@@ -4,9 +4,8 @@ The noise comes from the residuals, tile by tile (``comparisons.statistics.resid
 rules as ever: a pass where every own interval lies inside its tolerance, a fail where a simultaneous one lies
 outside. There is one look, at level α. The truth's own noise is part of the residuals.
 
-Where the image is the sum of all bounces, its tolerance is what it would use up if every bounce used its own,
-
-    Σ tolerance_k · mean of TᵏE / Σ mean of TᵏE.
+Where the image is the sum of all bounces, its tolerance is what it would use up if every bounce used its own
+(``Tolerance.of_sum``).
 """
 
 from __future__ import annotations
@@ -197,12 +196,7 @@ class _Check:
     def _tolerance(self) -> Tolerance:
         if not self.picture.summed:
             return self.case.tolerance
-        weights = self.terms.mean(axis=(1, 2, 3))
-        weights = weights / weights.sum() if weights.sum() > 0 else np.full(len(weights), 1 / len(weights))
-        own = self.case.tolerance
-        image = sum(w * own.of_image(k) for k, w in enumerate(weights))
-        tile = sum(w * own.of_tile(k) for k, w in enumerate(weights))
-        return Tolerance(image=(float(image),), tile=(float(tile),))
+        return self.case.tolerance.of_sum(self.terms.mean(axis=(1, 2, 3)))
 
     def described(self, i: int) -> ResidualNoise:
         """What the residuals of one image say of its noise."""

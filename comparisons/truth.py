@@ -2,6 +2,7 @@
 
 python -m comparisons.truth cornell-box --spp 131072     makes the committed data of a case anew: an estimate,
 python -m comparisons.truth cornell-box-empty            or finite elements
+python -m comparisons.truth cornell-box --later          makes the sum of all later bounces, which the total needs
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import platformdirs
 
 from comparisons.computed import compute
 from comparisons.crew import Crew
+from comparisons.later import LATER_SPP, sum_later
 from comparisons.statistics.moments import Moments
 from scenes import Case, Computed, Formula, Scene, Truth
 from scenes.formats import exr
@@ -144,12 +146,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m comparisons.truth", description=main.__doc__)
     parser.add_argument("case")
     parser.add_argument("--spp", type=int, help="of an estimate")
+    parser.add_argument("--later", action="store_true", help="the sum of all bounces after those of the data")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args()
     case = find_case(options.case)
     if isinstance(case.answer, Formula):
         parser.error(f"{case.name} has a formula and needs no data")
     path = case.answer.path
+    if options.later:
+        sum_later(case.scene, case.answer, options.spp or LATER_SPP, options.jobs)
+        print(case.answer.path_of_later)
+        return
     if isinstance(case.answer, Computed):
         compute(case.scene, COMMITTED_BOUNCES, case.answer, path, _of(case.scene))
         print(

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.known import Deviation
+from comparisons.known import Declared
 from comparisons.regions import Regions
 from comparisons.results import (
     BounceResult,
@@ -63,9 +63,7 @@ class Measured:
     enough: bool
 
 
-def judge(
-    measured: Measured, tolerance: Tolerance, regions: Regions, known: Deviation | None
-) -> BounceResult:
+def judge(measured: Measured, tolerance: Tolerance, regions: Regions, known: Declared | None) -> BounceResult:
     """The verdict and the numbers of one bounce.
 
     Args:
@@ -108,7 +106,7 @@ def _decide(inside: NDArray[np.bool_], outside: NDArray[np.bool_]) -> Literal["p
 
 
 def _declared(
-    measured: Measured, tolerances: Array, plain: BounceVerdict, entry: Deviation
+    measured: Measured, tolerances: Array, plain: BounceVerdict, entry: Declared
 ) -> tuple[BounceVerdict, KnownDeviation]:
     """The verdict where a deviation was declared, and what became of the declaration."""
     names = measured.channels

@@ -75,6 +75,7 @@ def validate(
     alpha: options.Alpha = DEFAULT_ALPHA,
     budget: options.Budget = DEFAULT_BUDGET,
     early_stop: options.EarlyStop = True,
+    total: options.Total = True,
     size_text: options.Size = None,
     seed: options.Seed = 0,
     jobs: options.Jobs = None,
@@ -109,6 +110,7 @@ def validate(
         jobs=jobs or os.cpu_count() or 1,
         known=tuple(_known(known)),
         early_stop=early_stop,
+        total=total,
     )
     prepare(out)
     console = terminal.console()

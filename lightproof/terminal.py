@@ -23,9 +23,10 @@ from comparisons.results import (
     RelationResult,
     ResidualNoise,
     Results,
+    TotalResult,
 )
 from reports import quantities, wording
-from reports.quantities import image_name, number, term
+from reports.quantities import image_name, number, term, total_name
 
 _STYLE = {
     "pass": "green",
@@ -132,7 +133,10 @@ def show_verdicts(out: Console, outcome: Results) -> None:
         _show(out, ("relation", "scene", "renderer"), claims)
     results: list[Comparison | RelationResult] = [*outcome.comparisons, *outcome.relations]
     if any(result.bounces for result in results):
-        out.print(_caption(any(r.bounces for r in outcome.relations)), soft_wrap=True)
+        caption = _caption(
+            any(r.bounces for r in outcome.relations), any(c.totals for c in outcome.comparisons)
+        )
+        out.print(caption, soft_wrap=True)
     for diagnosis in outcome.diagnoses:
         out.print(
             Text(f"{diagnosis.renderer}: ", "bold").append(wording.diagnosis(diagnosis), ""), soft_wrap=True
@@ -166,29 +170,37 @@ def _show(out: Console, headings: tuple[str, ...], rows: Sequence[tuple[Any, ...
     """Rows of names and a result at the end, whose bounces have a column each."""
     bounces = range(max((1 + b.bounce for *_, result in rows for b in result.bounces), default=0))
     table = Table(box=box.SIMPLE_HEAD)
-    for heading in (*headings, "verdict", *map(term, bounces)):
+    last = list(dict.fromkeys(total_name(t) for *_, result in rows for t in _totals(result)))
+    for heading in (*headings, "verdict", *map(term, bounces), *last):
         table.add_column(heading, no_wrap=True)
     for *names, result in rows:
         cells = {b.bounce: _cell(b) for b in result.bounces}
-        table.add_row(*names, _verdict(result), *(cells.get(k, "") for k in bounces))
+        totals = {total_name(t): _total_cell(t) for t in _totals(result)}
+        sums = (totals.get(name, "") for name in last)
+        table.add_row(*names, _verdict(result), *(cells.get(k, "") for k in bounces), *sums)
     needed = Measurement.get(out, out.options.update(max_width=_PLAIN_WIDTH), table).maximum
     if needed <= out.width:
         out.print(table)
         return
-    width = max((len(_labelled(b)) for *_, result in rows for b in result.bounces), default=0)
-    for *names, result in rows:
+    cells_of = [_labelled_cells(result) for *_, result in rows]
+    width = max((len(cell) for cells in cells_of for cell in cells), default=0)
+    for (*names, result), labelled in zip(rows, cells_of, strict=True):
         out.print(Text(f"{' × '.join(names)}: ").append(_verdict(result)))
-        if result.bounces:
-            row = Columns(map(_labelled, result.bounces), width=width, padding=(0, 1))
-            out.print(Padding(row, (0, 0, 0, 2)))
+        if labelled:
+            out.print(Padding(Columns(labelled, width=width, padding=(0, 1)), (0, 0, 0, 2)))
+
+
+def _totals(result: Comparison | RelationResult) -> list[TotalResult]:
+    return result.totals if isinstance(result, Comparison) else []
 
 
 def _verdict(result: Comparison | RelationResult) -> Text:
     return Text(result.verdict, _STYLE[result.verdict])
 
 
-def _caption(relations: bool) -> str:
+def _caption(relations: bool, totals: bool) -> str:
     lines = ["Bias of the whole image in percent, in the channel closest to failing, ± half its interval"]
+    lines += ["total: the sum of all bounces, rendered with the renderer's own defaults"] if totals else []
     lines += ["Of a relation, how far its first side lies from its second"] if relations else []
     return "\n".join([*lines, "! fail   ? inconclusive   ~ known deviation   t the tiles decided"])
 
@@ -199,8 +211,14 @@ def _cell(result: BounceResult) -> Text:
     return Text(f"{_bias(result.bias, result.interval)}{mark}{tile}", _STYLE[result.verdict])
 
 
-def _labelled(result: BounceResult) -> Text:
-    return Text(f"{term(result.bounce):>4} ").append(_cell(result))
+def _total_cell(total: TotalResult) -> Text:
+    return _cell(total.result) if total.result else Text(total.verdict, _STYLE[total.verdict])
+
+
+def _labelled_cells(result: Comparison | RelationResult) -> list[Text]:
+    """Bounces and totals, each with its name."""
+    bounces = [Text(f"{term(b.bounce):>4} ").append(_cell(b)) for b in result.bounces]
+    return bounces + [Text(f"{total_name(t)} ").append(_total_cell(t)) for t in _totals(result)]
 
 
 def _bias(bias: float, interval: Interval) -> str:

@@ -9,6 +9,7 @@ need SciPy.
     sampling.py          warps of the unit square, each with its density; random streams
     samplers.py          where random numbers come from: independent, or scrambled Sobol' points
     random_walk.py       all TᵏE from one walk: the fast form
+    roulette.py          how a walk without a last bounce ends, for the whole sum
 
     finite_elements.py   all TᵏE of a diffuse scene of quads as matrix products, without noise
     precomputed_transfer.py   the same under distant light, linear in its spherical harmonics

@@ -8,13 +8,14 @@ TᵏE, so one walk estimates every bounce. The strategies differ in how they fin
     mis    both, weighted by the balance heuristic (Veach and Guibas 1995, eq. 14)
 
 What only one strategy can find is left to it: E itself and what a mirror shows to chance, point, spot and
-directional lights to next event. There is no Russian roulette: a walk ends at the last bounce, where it leaves the
-scene, or on what reflects nothing.
+directional lights to next event. A walk ends at the last bounce, where it leaves the scene, or on what reflects
+nothing. Only a walk without a last bounce, which is summed whole (``total``), ends by Russian roulette.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import count
 from typing import Literal, get_args
 
 import numpy as np
@@ -25,8 +26,9 @@ from reference_tracer.emission import Emitters
 from reference_tracer.points import NOWHERE, Points
 from reference_tracer.propagation import RayCaster
 from reference_tracer.reflection import bsdf_of
+from reference_tracer.roulette import roulette
 from reference_tracer.samplers import BLOCKS, SAMPLERS, Block, SamplerName
-from reference_tracer.sensing import Film, camera_rays, sensor_dimensions
+from reference_tracer.sensing import Film, SumFilm, camera_rays, sensor_dimensions
 from reference_tracer.vectors import dot
 from scenes import Scene
 
@@ -69,17 +71,57 @@ def render(
         NegativeRadianceError: a spherical-harmonics environment is negative somewhere.
     """
     check_scene(scene)
-    check_whole(0, bounces=bounces, seed=seed)
+    check_whole(0, bounces=bounces)
+    return _walked(scene, bounces, spp, seed, strategy, sampler, on_block, Film(bounces, scene.shape))
+
+
+def total(
+    scene: Scene,
+    spp: int,
+    seed: int,
+    strategy: Strategy = "mis",
+    on_block: Callable[[float], None] = lambda done: None,
+) -> Array:
+    """Estimate the whole sum E + TE + T²E + …, ended by Russian roulette and not by a last bounce.
+
+    Its numbers are independent ones, whose dimensions are not limited.
+
+    Args:
+        scene, spp, seed, strategy, on_block: as of ``render``.
+
+    Returns:
+        ``(height, width, channels)``, radiance, unclamped.
+
+    Raises:
+        TypeError, ValueError, NonFiniteRadianceError, NegativeRadianceError: as ``render``.
+    """
+    check_scene(scene)
+    film = SumFilm(scene.shape)
+    return np.asarray(_walked(scene, None, spp, seed, strategy, "independent", on_block, film)[0])
+
+
+def _walked(
+    scene: Scene,
+    bounces: int | None,
+    spp: int,
+    seed: int,
+    strategy: Strategy,
+    sampler: SamplerName,
+    on_block: Callable[[float], None],
+    film: Film,
+) -> Array:
+    """All walks, up to a last bounce or without one (None), and the film's mean of them."""
+    check_whole(0, seed=seed)
     check_whole(1, spp=spp)
     check_choice(SAMPLERS, sampler=sampler)
     height, width, _ = scene.shape
     # One large array, made and let go, tells glibc to keep freed memory (M_MMAP_THRESHOLD in mallopt(3)). Without
     # it the arrays of every block are fetched from the kernel anew, page by page.
     np.empty(1 << 22)
-    film, done = Film(bounces, scene.shape), 0
+    done = 0
     with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused by the walk itself
         walk = RandomWalk(scene, strategy)
-    for block in BLOCKS[sampler](width, height, spp, seed, walk.dimensions(bounces)):
+    for block in BLOCKS[sampler](width, height, spp, seed, walk.dimensions(bounces or 0)):
         film.begin(block)
         with np.errstate(invalid="ignore", over="ignore"):
             walk(block, bounces, film)
@@ -88,7 +130,8 @@ def render(
     images = film.mean(spp)
     if not np.isfinite(images).all():
         bounce, row, column, _ = np.argwhere(~np.isfinite(images))[0]
-        raise NonFiniteRadianceError(f"bounce {bounce}, row {row}, column {column}: the sum of its walks is "
+        raise NonFiniteRadianceError(f"{f'bounce {bounce}' if bounces is not None else 'the total'}, row {row}, "
+                                     f"column {column}: the sum of its walks is "
                                      "beyond all floats; scale the emission down")  # fmt: skip
     return images
 
@@ -109,15 +152,18 @@ class RandomWalk:
             self.emitters.dimensions + self._lobe_dimensions
         )
 
-    def __call__(self, block: Block, bounces: int, film: Film) -> None:
-        """A block of walks, one from each position: adds their estimates of every TᵏE to the film."""
+    def __call__(self, block: Block, bounces: int | None, film: Film) -> None:
+        """A block of walks, one from each position: adds their estimates of every TᵏE to the film.
+
+        Without a last bounce, chance ends them.
+        """
         rays = camera_rays(self.scene.sensor, block)
         vertex, d = rays.origin, rays.d
         lanes = np.arange(len(vertex))
         throughput = np.full((self.scene.channels, len(vertex)), rays.weight)
         pdf = np.full(len(vertex), np.inf)  # of the direction d; no other strategy finds what a sensor sees
 
-        for k in range(bounces + 1):
+        for k in count():
             previous, vertex = vertex, self.cast(vertex, d)
 
             # ---- emission that the walk has found by chance: TᵏE
@@ -145,8 +191,15 @@ class RandomWalk:
             sample = self.bsdf.sample(vertex, wo, block.numbers(self._lobe_dimensions, lanes))
             d, pdf, throughput = sample.wi, sample.pdf, throughput * sample.weight
 
+            # ---- without a last bounce, chance ends the walk, and what goes on counts for more
+            if bounces is None:
+                throughput = roulette(throughput, k + 1, block.numbers(1, lanes)[0])
+                pdf = np.where(throughput.any(axis=0), pdf, 0.0)
+
             # ---- the walk ends where nothing is reflected, as on backs
             alive = np.flatnonzero(pdf > 0)
+            if not len(alive):
+                break
             if len(alive) < len(vertex):
                 vertex, d, lanes = vertex[alive], d.take(alive, axis=1), lanes.take(alive)
                 pdf, throughput = pdf.take(alive), throughput.take(alive, axis=1)

@@ -88,3 +88,14 @@ class Film:
     def mean(self, spp: int) -> Array:
         """The image, ``(bounces + 1, height, width, channels)``."""
         return np.moveaxis(self._sums, 1, -1).reshape(-1, *self._shape) / spp
+
+
+class SumFilm(Film):
+    """One image, ``(1, height, width, channels)``, that takes all bounces together."""
+
+    def __init__(self, shape: tuple[int, int, int]) -> None:
+        super().__init__(0, shape)
+
+    def add(self, bounce: int, lanes: Indices, radiance: Array) -> None:
+        """As a film, whatever the bounce."""
+        super().add(0, lanes, radiance)

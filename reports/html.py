@@ -14,7 +14,7 @@ from bokeh.resources import Resources
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from comparisons.results import Results
+from comparisons.results import Comparison, Results, TotalResult
 from reports import REPORT_FILE, difference, quantities, sections, wording
 from reports.plain import plain
 from reports.sections import Section
@@ -57,6 +57,9 @@ def write(results: Results, folder: Path) -> Path:
             index=_INDEX,
             few=FEW,
             heads=_heads(results),
+            totals=list(
+                dict.fromkeys(quantities.total_name(t) for c in results.comparisons for t in c.totals)
+            ),
             palette=difference.PALETTE,
         )
     )
@@ -72,6 +75,10 @@ def _heads(results: Results) -> list[tuple[str, str]]:
         return []
     title = "Sum" if quantities.is_sum(longest) else "Bounce {}"
     return [(title.format(b.bounce), quantities.image_name(longest, b.bounce)) for b in longest.bounces]
+
+
+def _named_totals(comparison: Comparison) -> dict[str, TotalResult]:
+    return {quantities.total_name(total): total for total in comparison.totals}
 
 
 def _embedded(parts: Sequence[Section]) -> tuple[Markup, dict[str, Markup]]:
@@ -118,6 +125,9 @@ def environment() -> Environment:
         "is_sum": quantities.is_sum,
         "term": quantities.term,
         "partial_sum": quantities.partial_sum,
+        "total_name": quantities.total_name,
+        "total_finding": wording.total_finding,
+        "named_totals": _named_totals,
     }
     return environment
 

@@ -1,4 +1,4 @@
-"""``junit.xml``: one suite per case, one test per renderer and bounce; one suite per relation, one test per claim.
+"""``junit.xml``: a suite per case, a test per renderer and bounce or total; a suite per relation, a test per claim.
 
 JUnit knows four results, results.json six. None of the two extra ones may look like agreement:
 
@@ -19,8 +19,8 @@ from typing import Any
 
 from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
-from comparisons.results import BounceResult, Comparison, RelationResult, Results
-from reports import JUNIT_FILE, wording
+from comparisons.results import BounceResult, Comparison, RelationResult, Results, TotalResult
+from reports import JUNIT_FILE, quantities, wording
 from reports.plain import plain
 
 
@@ -53,9 +53,14 @@ def _tests(comparison: Comparison) -> list[Any]:
         test = TestCase(wording.subject(comparison, bounce).removeprefix("The ").lower(), name)
         _judge_bounce(test, bounce, comparison)
         tests.append(test)
+    for total in comparison.totals:
+        test = TestCase(quantities.total_name(total), name)
+        _judge_total(test, total, comparison)
+        tests.append(test)
     # a verdict that no bounce carries still has to turn the run red, so it gets a test of its own
     covered = {"pass", "known"} if comparison.bounces else set()
-    if comparison.verdict not in covered | {bounce.verdict for bounce in comparison.bounces}:
+    judged = {b.verdict for b in comparison.bounces} | {t.verdict for t in comparison.totals}
+    if comparison.verdict not in covered | judged:
         test = TestCase("all bounces", name)
         _judge_whole(test, comparison)
         tests.append(test)
@@ -65,7 +70,12 @@ def _tests(comparison: Comparison) -> list[Any]:
 
 
 def _judge_bounce(test: Any, bounce: BounceResult, comparison: Comparison) -> None:
-    message = plain(wording.bounce_finding(bounce, wording.subject(comparison, bounce)))
+    _judge(
+        test, bounce, plain(wording.bounce_finding(bounce, wording.subject(comparison, bounce))), comparison
+    )
+
+
+def _judge(test: Any, bounce: BounceResult, message: str, comparison: Comparison) -> None:
     declared = _declared(bounce)
     if bounce.verdict == "fail":
         test.result = _with_text(Failure(message, "fail"), comparison, declared)
@@ -73,6 +83,16 @@ def _judge_bounce(test: Any, bounce: BounceResult, comparison: Comparison) -> No
         test.result = _with_text(Error(message, "inconclusive"), comparison, declared)
     elif declared:
         test.system_out = plain(f"{message} {declared}")
+
+
+def _judge_total(test: Any, total: TotalResult, comparison: Comparison) -> None:
+    if total.result is not None:
+        _judge(test, total.result, plain(wording.total_finding(total)), comparison)
+    elif total.verdict == "unsupported":
+        test.result = Skipped(plain(total.message), "unsupported")
+    else:
+        test.result = Error(plain(total.message), "renderer")
+        test.result.text = plain("\n".join(total.log))
 
 
 def _declared(bounce: BounceResult) -> str:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from datetime import UTC, datetime
 
-from comparisons.results import Comparison, Interval
+from comparisons.results import Comparison, Interval, TotalResult
 
 EXACT = "0 (exact)"
 """A bias that has neither size nor noise."""
 
 _ROUNDING = 5e-7  # relative; in images of 32 bits, and at the four decimals of a percentage, less is rounding
 _NOTHING = 1e-12  # relative; less is rounding even in 64 bits
+_FRACTIONS = {0.25: "¼", 0.5: "½", 0.75: "¾"}
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -96,6 +97,13 @@ def is_sum(comparison: Comparison) -> bool:
 def image_name(comparison: Comparison, bounce: int) -> str:
     """What an entry is about: a term of the series, or their sum."""
     return partial_sum(bounce) if is_sum(comparison) else term(bounce)
+
+
+def total_name(total: TotalResult) -> str:
+    """What a row of the total is called: ``total``, or of a darker scene ``total (albedo × ½)``."""
+    if total.scale == 1:
+        return "total"
+    return f"total (albedo × {_FRACTIONS.get(total.scale, f'{total.scale:g}')})"
 
 
 def _decimals(value: float) -> int:

@@ -6,7 +6,15 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import get_args
 
-from comparisons.results import BounceResult, Comparison, Diagnosis, Interval, RelationResult, Verdict
+from comparisons.results import (
+    BounceResult,
+    Comparison,
+    Diagnosis,
+    Interval,
+    RelationResult,
+    TotalResult,
+    Verdict,
+)
 from reports import quantities
 
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
@@ -73,15 +81,16 @@ def finding(comparison: Comparison) -> str:
         return f"{comparison.renderer} gave no image that could be judged: error."
     if verdict == "pass":
         return _agreement(comparison)
+    totals = " ".join(total_finding(t) for t in comparison.totals if t.verdict == verdict)
     found = [bounce for bounce in comparison.bounces if bounce.verdict == verdict]
     if not found:
-        return f"The comparison ended as {verdict}."
+        return totals or f"The comparison ended as {verdict}."
     first, rest = found[0], [str(bounce.bounce) for bounce in found[1:]]
     sentence = bounce_finding(first, subject(comparison, first))
     if rest:
         noun = "Bounce" if len(rest) == 1 else "Bounces"
         sentence += f" {noun} {_enumeration(rest)} ended the same way."
-    return sentence
+    return f"{sentence} {totals}".rstrip()
 
 
 def subject(comparison: Comparison, bounce: BounceResult) -> str:
@@ -102,6 +111,14 @@ def bounce_finding(bounce: BounceResult, subject: str) -> str:
     size = f"{quantities.percent(abs(bias))} {'high' if bias > 0 else 'low'}"
     declared = ", as declared" if bounce.verdict == "known" else ""
     return f"{where} is {size} ({numbers}){declared}: {bounce.verdict}."
+
+
+def total_finding(total: TotalResult) -> str:
+    """A total in a sentence, with what is said of it where it has no numbers."""
+    name = quantities.total_name(total)
+    if total.result is None:
+        return f"The {name}: {total.message.removeprefix('total: ')}: {total.verdict}."
+    return bounce_finding(total.result, f"The {name}, by the renderer's own defaults,")
 
 
 def relation_finding(result: RelationResult) -> str:
@@ -135,15 +152,20 @@ def _evidence(bounce: BounceResult) -> tuple[float, Interval, float]:
 
 def _agreement(comparison: Comparison) -> str:
     bounces = comparison.bounces
+    totals = [total for total in comparison.totals if total.result]
     if not bounces:
-        return "The comparison ended as pass."
+        return " ".join(map(total_finding, totals)) or "The comparison ended as pass."
     who = "The only bounce agrees" if len(bounces) == 1 else f"All {len(bounces)} bounces agree"
     who = f"{subject(comparison, bounces[0])} agrees" if quantities.is_sum(comparison) else who
+    if totals:
+        several = f"{len(totals)} totals" if len(totals) > 1 else "the total"
+        who = who.removesuffix("agrees").removesuffix("agree").rstrip() + f" and {several} agree"
     whole = quantities.percent(max(bounce.detectable_bias for bounce in bounces))
     tile = quantities.percent(max(bounce.worst_tile.detectable_bias for bounce in bounces))
+    of = " of a bounce" if totals else ""
     return (
         f"{who} with the {comparison.truth} truth within tolerance: pass. A bias of {whole} of the whole "
-        f"image, or of {tile} in the worst tile, would have failed with 90 % power."
+        f"image{of}, or of {tile} in the worst tile, would have failed with 90 % power."
     )
 
 

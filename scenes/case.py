@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,18 @@ class Tolerance:
         """For the mean of a tile."""
         return self.tile[min(bounce, len(self.tile) - 1)]
 
+    def of_sum(self, means: Sequence[float] | np.ndarray[Any, Any]) -> Tolerance:
+        """What a sum of bounces would use up if every bounce used its own: Σ tolerance_k · mean_k / Σ mean_k.
+
+        Args:
+            means: of each bounce, over the whole image.
+        """
+        weights = np.asarray(means, dtype=float)
+        weights = weights / weights.sum() if weights.sum() > 0 else np.full(len(weights), 1 / len(weights))
+        image = sum(float(w) * self.of_image(k) for k, w in enumerate(weights))
+        tile = sum(float(w) * self.of_tile(k) for k, w in enumerate(weights))
+        return Tolerance(image=(image,), tile=(tile,))
+
 
 @dataclass(frozen=True)
 class Formula:
@@ -62,11 +74,14 @@ class Formula:
     Attributes:
         evaluate: (scene, bounces) → ``(bounces + 1, height, width, channels)``.
         source: where the formula comes from.
+        total: scene → the sum of all bounces, ``(height, width, channels)``, where it has a formula of its own that
+            takes less work than its terms.
     """
 
     evaluate: Callable[[Scene, int], Images]
     source: str
     kind: TruthKind = "exact"
+    total: Callable[[Scene], Images] | None = None
 
     def truth(self, scene: Scene, bounces: int) -> Truth:
         """The answer for the resolution of the scene's sensor."""
@@ -94,26 +109,45 @@ class Committed:
         """How the data was made, as its header says."""
         return exr.read_attribute(self.path, "lightproof:source")
 
+    @property
+    def path_of_later(self) -> Path:
+        """Where the sum of all bounces after those of the data lies, an image of its own, if there is one."""
+        return self.path.with_name(f"{self.path.stem}-later.exr")
+
     def truth(self, scene: Scene, bounces: int) -> Truth | None:
         """The committed data, averaged over blocks of pixels to the scene's resolution.
 
         Returns:
             None if there is no such data: too many bounces, or a resolution that does not divide the data's.
         """
-        mean, stderr = exr.read_bounces(self.path)
-        height, width, _ = scene.shape
-        rows, columns = mean.shape[1] // height, mean.shape[2] // width
-        if (
-            bounces >= len(mean)
-            or (rows * height, columns * width) != mean.shape[1:3]
-            or rows != columns
-            or not rows
-        ):
+        found = self.all_bounces(scene)
+        if found is None or bounces > found.bounces:
             return None
-        blocks = (bounces + 1, height, rows, width, columns, -1)
-        # a coarse pixel is the mean of the fine ones inside it: exact, since the filter is a box
-        variance = (stderr[: bounces + 1] ** 2).reshape(blocks).sum(axis=(2, 4)) / (rows * columns) ** 2
-        return Truth(mean[: bounces + 1].reshape(blocks).mean(axis=(2, 4)), np.sqrt(variance), self.source)
+        return Truth(found.mean[: bounces + 1], found.stderr[: bounces + 1], found.source)
+
+    def all_bounces(self, scene: Scene) -> Truth | None:
+        """All bounces that the data has, averaged to the scene's resolution; None as of ``truth``."""
+        images = _averaged(*exr.read_bounces(self.path), scene)
+        return Truth(*images, self.source) if images else None
+
+    def later(self, scene: Scene) -> Truth | None:
+        """The sum of all bounces after those, as one image; None if it was not made, or as of ``truth``."""
+        if not self.path_of_later.exists():
+            return None
+        images = _averaged(*exr.read_bounces(self.path_of_later), scene)
+        return Truth(*images, exr.read_attribute(self.path_of_later, "lightproof:source")) if images else None
+
+
+def _averaged(mean: Images, stderr: Images, scene: Scene) -> tuple[Images, Images] | None:
+    """Means over blocks of pixels, with their errors; None at a resolution that does not divide that of the data."""
+    height, width, _ = scene.shape
+    rows, columns = mean.shape[1] // height, mean.shape[2] // width
+    if (rows * height, columns * width) != mean.shape[1:3] or rows != columns or not rows:
+        return None
+    blocks = (len(mean), height, rows, width, columns, -1)
+    # a coarse pixel is the mean of the fine ones inside it: exact, since the filter is a box
+    variance = (stderr**2).reshape(blocks).sum(axis=(2, 4)) / (rows * columns) ** 2
+    return mean.reshape(blocks).mean(axis=(2, 4)), np.sqrt(variance)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from msgspec.structs import replace
+
 from comparisons.diagnosis import tables
 from comparisons.diagnosis.clue import Clue, Weights
 from comparisons.diagnosis.patterns import Pattern, pattern
@@ -29,6 +31,7 @@ from comparisons.diagnosis.views import (
 )
 from comparisons.diagnosis.ways import clues_of_ways
 from comparisons.results import Comparison, RelationResult
+from comparisons.verdict import overall
 
 
 def clues(
@@ -37,8 +40,11 @@ def clues(
     others: Sequence[Comparison] = (),
 ) -> list[Clue]:
     """All that can be seen in the results of one renderer."""
+    totals = list(_of_totals(comparisons))
+    comparisons = [_by_bounce(c) for c in comparisons]
     patterns = [p for p in map(pattern, comparisons) if p is not None]
     return [
+        *totals,
         *_of_errors(comparisons),
         *_of_patterns(comparisons, patterns),
         *_of_emission(comparisons, patterns),
@@ -64,6 +70,25 @@ def ignores_its_seed(result: Comparison | RelationResult) -> bool:
 def _of_errors(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     if any(map(ignores_its_seed, comparisons)):
         yield Clue("different seeds give the same image", {"sampler": 8})
+
+
+def _of_totals(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
+    """Every bounce right, and their sum wrong: something that only the renderer's own defaults do."""
+    wrong = [c for c in comparisons if any(t.verdict == "fail" for t in c.totals)]
+    alone = [c for c in wrong if c.bounces and not any(b.verdict == "fail" for b in c.bounces)]
+    if alone and len(alone) == len(wrong):
+        text = (
+            "each bounce is right by itself, and the total is not, which is rendered with the renderer's own "
+            f"defaults: Russian roulette, a last bounce, a clamp ({some(names(alone))})"
+        )
+        yield Clue(text, tables.TOTAL)
+
+
+def _by_bounce(comparison: Comparison) -> Comparison:
+    """As its bounces alone are: what is told of the others is about them."""
+    if not comparison.bounces or comparison.verdict != "fail":
+        return comparison
+    return replace(comparison, verdict=overall(b.verdict for b in comparison.bounces))
 
 
 def _of_patterns(comparisons: Sequence[Comparison], patterns: Sequence[Pattern]) -> Iterator[Clue]:

@@ -27,6 +27,9 @@ PATTERNS: Mapping[Kind, Weights] = {
     "irregular": {"G": 0.5, "R": 0.5, "sensor": 0.5},
 }
 
+TOTAL: Weights = {"series": 5.0}
+"""What ends a walk, or counts what goes on, decides which bounces are in the sum and how often."""
+
 DARK_IN_SOME: Weights = {"R": 0.5, "G": 0.5, "estimator": 0.5, "E": 0.5}
 """Where other cases have light in these bounces, they are not lost altogether."""
 

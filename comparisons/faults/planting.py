@@ -12,9 +12,11 @@ from contextlib import ExitStack, contextmanager
 from typing import Any, NamedTuple
 from unittest.mock import patch
 
+import numpy as np
+
 from comparisons.faults.fault import Plant
 from comparisons.renderers import Hits, Images, Renderer, Unsupported
-from comparisons.renderers.protocol import SeesFirstHits
+from comparisons.renderers.protocol import NO_TOTAL, RendersTotal, SeesFirstHits
 from scenes import Scene
 
 Render = Callable[[Renderer, Scene, Sequence[int], int, int], Images]
@@ -46,6 +48,11 @@ class _Wrapped:
     def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
         return self._inner.render(scene, bounces, spp, seed)
 
+    def total(self, scene: Scene, spp: int, seed: int) -> Images:
+        if not isinstance(self._inner, RendersTotal):
+            raise Unsupported(NO_TOTAL)
+        return self._inner.total(scene, spp, seed)
+
     def first_hits(self, scene: Scene) -> Hits:
         if not isinstance(self._inner, SeesFirstHits):
             raise Unsupported("first hits: its adapter has no first_hits(scene)")
@@ -67,6 +74,10 @@ def in_tracer(*replacements: Replacement) -> Plant:
         def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
             with replaced(*replacements):
                 return super().render(scene, bounces, spp, seed)
+
+        def total(self, scene: Scene, spp: int, seed: int) -> Images:
+            with replaced(*replacements):
+                return super().total(scene, spp, seed)
 
         def first_hits(self, scene: Scene) -> Hits:
             with replaced(*replacements):
@@ -91,6 +102,9 @@ def of_scene(change: Callable[[Scene], Scene]) -> Plant:
         def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
             return super().render(change(scene), bounces, spp, seed)
 
+        def total(self, scene: Scene, spp: int, seed: int) -> Images:
+            return super().total(change(scene), spp, seed)
+
         def first_hits(self, scene: Scene) -> Hits:
             return super().first_hits(change(scene))
 
@@ -103,6 +117,10 @@ def of_image(change: Callable[[Images], Images]) -> Plant:
     class Changed(_Wrapped):
         def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
             return change(super().render(scene, bounces, spp, seed))
+
+        def total(self, scene: Scene, spp: int, seed: int) -> Images:
+            [image] = change(super().total(scene, spp, seed)[None])
+            return np.asarray(image)
 
     return Changed
 

@@ -134,8 +134,11 @@ class _Counted:
         return self._left < 0
 
 
-def _counting(walk: Callable[[RandomWalk, Block, int, Film], None]) -> Any:
-    def substitute(self: Any, block: Block, bounces: int, film: Film) -> None:
+def _counting(walk: Callable[[RandomWalk, Block, int | None, Film], None]) -> Any:
+    def substitute(self: Any, block: Block, bounces: int | None, film: Film) -> None:
+        if bounces is None:  # there is no last ray
+            walk(self, block, bounces, film)
+            return
         plain = self.cast
         self.cast = _Counted(plain, most=bounces)
         try:

@@ -50,8 +50,8 @@ class _Late:
 def late(first: int, change: Change, *others: Replacement) -> Plant:
     """In each walk, directions that bounce ``first`` and later ones are found in are changed."""
 
-    def made_of(walk: Callable[[RandomWalk, Block, int, Film], None]) -> Any:
-        def substitute(self: RandomWalk, block: Block, bounces: int, film: Film) -> None:
+    def made_of(walk: Callable[[RandomWalk, Block, int | None, Film], None]) -> Any:
+        def substitute(self: RandomWalk, block: Block, bounces: int | None, film: Film) -> None:
             plain = self.bsdf
             self.bsdf = _Late(plain, first, change)
             try:

@@ -32,7 +32,7 @@ TRACER = "reference"
 BUDGET, THOROUGH_BUDGET, FIRST_LOOK = 1.2, 8.0, 0.2
 """Seconds per case, of the quick ones, and of the thorough and those that the quick ones left open."""
 
-INQUIRY = Settings(budget=1.0, first_look=0.2)
+INQUIRY = Settings(budget=1.0, first_look=0.2, total=False)
 """How to ask again about the first cases that fail."""
 
 LEAST_CASES = 8
@@ -69,7 +69,7 @@ def seen(entry: Fault | Sound, seed: int = 0) -> Seen:
         folder = Path(name)
 
         def run(names: Sequence[str], budget: float) -> None:
-            settings = Settings(budget=budget, seed=seed, first_look=FIRST_LOOK)
+            settings = Settings(budget=budget, seed=seed, first_look=FIRST_LOOK, total=False)
             for comparison in campaign.run(map(case, names), [renderer], settings, folder, Silent()):
                 found.comparisons.append(comparison)
                 found.seconds.append(monotonic() - start)

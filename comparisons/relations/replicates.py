@@ -30,6 +30,9 @@ SEEDS_APART = 2**24
 class Crew(Renders, Protocol):
     """Who renders, and what else it is asked; see ``comparisons.crew.Crew``."""
 
+    def total(self, name: str, scene: Scene, spp: int, seed: int, timeout: float) -> Future[Images]:
+        """The sum of all bounces."""
+
     def first_hits(self, name: str, scene: Scene, timeout: float) -> Future[Hits]:
         """What its rays meet first."""
 

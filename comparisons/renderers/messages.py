@@ -26,6 +26,13 @@ class Render(msgspec.Struct, tag="render"):
     seed: int
 
 
+class Total(msgspec.Struct, tag="total"):
+    """A request: the sum of all bounces, with the renderer's own defaults."""
+
+    spp: int
+    seed: int
+
+
 class FirstHits(msgspec.Struct, tag="first_hits"):
     """A request: what the rays through the centres of pixels meet first."""
 
@@ -54,7 +61,7 @@ class Failed(msgspec.Struct, tag="failed"):
     message: str
 
 
-Request = Render | FirstHits
+Request = Render | Total | FirstHits
 Reply = Ready | Rendered | Refused | Failed
 
 _LONGEST = 1 << 20

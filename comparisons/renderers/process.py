@@ -30,6 +30,7 @@ from comparisons.renderers.messages import (
     Render,
     Reply,
     Request,
+    Total,
     receive_reply,
     send_request,
 )
@@ -136,6 +137,17 @@ class RendererProcess:
         """
         image = self._ask(Render(list(bounces), spp, seed), scene, timeout)
         check_image(image, bounces, scene)
+        return image
+
+    def total(self, scene: Scene, spp: int, seed: int, timeout: float) -> Images:
+        """The sum of all bounces, ``(height, width, channels)``; see ``protocol.RendersTotal``.
+
+        Raises:
+            Unsupported: it makes none, or a feature of the scene is missing.
+            RendererTimeout, RendererFailed: as above.
+        """
+        image = self._ask(Total(spp, seed), scene, timeout)
+        check_total(image, scene)
         return image
 
     def first_hits(self, scene: Scene, timeout: float) -> Hits:
@@ -258,10 +270,27 @@ def check_image(image: Images, bounces: Sequence[int], scene: Scene) -> None:
         raise RendererFailed(
             f"returned an image of shape {image.shape}, expected {shape}: (bounces, height, width, channels)"
         )
-    wrong = ~np.isfinite(image).all(axis=-1)
+    _check_finite(image, [f"bounce {k}" for k in bounces])
+
+
+def check_total(image: Images, scene: Scene) -> None:
+    """Refuse what is no image of the whole sum.
+
+    Raises:
+        RendererFailed: its shape is another, or a value is not finite.
+    """
+    if image.shape != scene.shape:
+        raise RendererFailed(
+            f"returned a total of shape {image.shape}, expected {scene.shape}: (height, width, channels)"
+        )
+    _check_finite(image[None], ["the total"])
+
+
+def _check_finite(images: Images, names: Sequence[str]) -> None:
+    wrong = ~np.isfinite(images).all(axis=-1)
     if wrong.any():
-        row, y, x = np.argwhere(wrong)[0]
+        i, y, x = np.argwhere(wrong)[0]
         raise RendererFailed(
             f"returned {wrong.sum()} of {wrong.size} pixels that are not finite (NaN or infinite), the first in "
-            f"bounce {bounces[row]}, row {y}, column {x}"
+            f"{names[i]}, row {y}, column {x}"
         )

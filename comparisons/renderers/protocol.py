@@ -33,6 +33,19 @@ class Unsupported(RendererError):
     """The scene needs a feature that the renderer does not have; the message names it."""
 
 
+NO_BOUNCES = "per-bounce images"
+"""How the message of ``Unsupported`` begins where a renderer has no depth control, and makes totals alone."""
+
+
+NO_TOTAL = "total: its adapter has no total(scene, spp, seed)"
+"""What is said of a renderer that is not a ``RendersTotal``."""
+
+
+def makes_totals_only(error: RendererError) -> bool:
+    """Whether a renderer has refused to ``render`` since it can't tell one bounce from another."""
+    return isinstance(error, Unsupported) and str(error).startswith(NO_BOUNCES)
+
+
 class RendererFailed(RendererError):
     """It raised, crashed, could not be imported, or returned something that is no image."""
 
@@ -76,6 +89,24 @@ class SeesFirstHits(Protocol):
             ``(5, height · width)``, row by row: distance along the ray from where it leaves the sensor, inf where
             there is nothing; unit normal of the shape, not of shading, x, y, z, on the front, or on either side
             where both reflect; index of the surface in the scene, −1 where there is none.
+
+        Raises:
+            Unsupported: naming the feature that is missing.
+        """
+
+
+@runtime_checkable
+class RendersTotal(Protocol):
+    """A renderer that also renders as its users run it: an option, which lets its production settings be tested."""
+
+    def total(self, scene: Scene, spp: int, seed: int) -> NDArray[np.float64]:
+        """Estimate the sum of all bounces with the renderer's own defaults: unlimited depth, Russian roulette on.
+
+        Args:
+            scene, spp, seed: as of ``Renderer.render``.
+
+        Returns:
+            ``(height, width, channels)``: row 0 at the top, scene-linear, unclamped.
 
         Raises:
             Unsupported: naming the feature that is missing.

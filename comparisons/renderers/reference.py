@@ -9,7 +9,7 @@ import numpy as np
 
 from comparisons.renderers.protocol import Hits, Images, Unsupported
 from reference_tracer.propagation import RayCaster
-from reference_tracer.random_walk import STRATEGIES, Strategy, render
+from reference_tracer.random_walk import STRATEGIES, Strategy, render, total
 from reference_tracer.samplers import SAMPLERS, Block, SamplerName
 from reference_tracer.sensing import camera_rays
 from scenes import IrradianceMeter, Pinhole, Scene, ThinLens
@@ -37,6 +37,13 @@ class ReferenceRenderer:
     def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
         """Every bounce from one walk; see the protocol."""
         return render(scene, max(bounces), spp, seed, self._strategy, self._sampler)[list(bounces)]
+
+    def total(self, scene: Scene, spp: int, seed: int) -> Images:
+        """All bounces from walks that end by Russian roulette; see the protocol.
+
+        On independent numbers, whatever the sampler: of Sobol' points there are so many dimensions and no more.
+        """
+        return total(scene, spp, seed, self._strategy)
 
     def first_hits(self, scene: Scene) -> Hits:
         """Rays through the centres of pixels; see the protocol."""

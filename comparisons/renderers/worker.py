@@ -27,15 +27,18 @@ from comparisons.renderers.messages import (
     Rendered,
     Reply,
     Request,
+    Total,
     receive_request,
     send_reply,
 )
 from comparisons.renderers.protocol import (
+    NO_TOTAL,
     Hits,
     Images,
     Renderer,
     RendererError,
     RendererFailed,
+    RendersTotal,
     SeesFirstHits,
     Unsupported,
 )
@@ -100,6 +103,8 @@ def _answer(renderer: Renderer, request: Request, scene: Scene) -> tuple[Reply, 
     try:
         if isinstance(request, FirstHits):
             image = _first_hits(renderer, scene)
+        elif isinstance(request, Total):
+            image = _total(renderer, scene, request)
         else:
             image = renderer.render(scene, request.bounces, request.spp, request.seed)
     except Unsupported as missing:
@@ -117,6 +122,12 @@ def _rendered(found: object) -> tuple[Reply, Images | None]:
     if image.dtype.kind not in "fiu":
         return Failed(f"returned values of type {image.dtype}, expected an array of real numbers"), None
     return Rendered(image.shape), image
+
+
+def _total(renderer: Renderer, scene: Scene, request: Total) -> Images:
+    if not isinstance(renderer, RendersTotal):
+        raise Unsupported(NO_TOTAL)
+    return renderer.total(scene, request.spp, request.seed)
 
 
 def _first_hits(renderer: Renderer, scene: Scene) -> Hits:

@@ -160,6 +160,13 @@ def _images(scene: Scene, bounces: int) -> Images:
     return np.moveaxis(image * scales[:, None], 2, 0)
 
 
+def _total(scene: Scene) -> Images:
+    """The constant e, within 2·10⁻⁵."""
+    wall, _, _ = wall_and_camera(scene)
+    assert wall.emission is not None
+    return np.broadcast_to(np.array(wall.emission.radiance), scene.shape).copy()
+
+
 def _average(sensor: Pinhole, radiance: Callable[[Array, Array], Array]) -> Array:
     """The mean over every pixel; of large ones over the small ones inside, on which the profile is smooth enough."""
     times = math.ceil(FINE / min(sensor.width, sensor.height))
@@ -182,7 +189,7 @@ def _case(name: str, title: str, material: Material, source: str, derivation: st
         family="constant_radiance",
         title=title,
         scene=Scene((wall,), sensor),
-        answer=Formula(_images, f"{_SOURCE}; {source}"),
+        answer=Formula(_images, f"{_SOURCE}; {source}", total=_total),
         derivation=_SPHERE + derivation,
         **(usual | other),
     )

@@ -1,0 +1,276 @@
+"""The row ``total``: the sum of all bounces, as its users have the renderer make it.
+
+To show single terms an adapter switches off Russian roulette and other economies, so nothing of them is seen in the
+bounces. Here the renderer runs with its own defaults, unlimited depth and Russian roulette, and its image is held
+against Σ TᵏE (``whole_sum``), by the rules of any bounce. Its tolerance is what the sum would use up if every bounce
+used its own. Where the truth is known up to a tail,
+
+    Σ TᵏE in [S, S + t],    bias = (m̂ − S − t/2) / D,    its interval reaches t / 2D further to either side,
+
+so a pass holds for every truth in between, and so does a fail. A tail so long that nothing could pass is told
+beforehand: ``unsupported``.
+
+It takes up to a quarter of the case's budget, beside it. α is shared: the sum is one bounce more to be wrong about.
+
+A renderer that makes nothing but totals is held against Σ sᵏ TᵏE with every albedo times s, for several s: s = 0
+leaves E by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparisons.crew import Crew
+from comparisons.known import Deviation, declared_of_sum
+from comparisons.regions import Regions
+from comparisons.renderers import Entry, Images, RendererError, Unsupported
+from comparisons.results import Look, TotalResult, Verdict
+from comparisons.sequential import Job, Sampler, first_seed
+from comparisons.settings import Settings
+from comparisons.statistics import skewness
+from comparisons.statistics.intervals import Biases, Means, Range, biases, denominators
+from comparisons.statistics.rare_events import event_size, least_error
+from comparisons.verdict import Measured, judge
+from comparisons.whole_sum import Series, WholeSum
+from scenes import Case, Scene, SceneError
+from scenes.channels import channel_names
+from scenes.variations import darker
+
+Array = NDArray[np.float64]
+
+SHARE = 0.25
+"""Of the budget of the case, that the total gets beside it."""
+
+FIRST_LOOK = 0.5
+"""Seconds that its first look should take: the sum has less noise than its terms."""
+
+LEAST_SPP = 4
+"""Of a replicate: the longest walks take as long for one sample as for some."""
+
+SCALES = (0.25, 0.5, 0.75, 1.0)
+"""Of all albedos, for a renderer that makes nothing but totals; and 0, which leaves bounce 0."""
+
+
+class _Totals:
+    """A crew that is asked for bounce images and makes totals: one, in place of any bounce."""
+
+    def __init__(self, crew: Crew) -> None:
+        self.jobs, self._crew = crew.jobs, crew
+
+    def render(
+        self, name: str, scene: Scene, bounces: Sequence[int], spp: int, seed: int, timeout: float
+    ) -> Future[Images]:
+        """As ``Crew.total``, whatever the bounces."""
+        return self._crew.total(name, scene, spp, seed, timeout)
+
+
+class Totalling:
+    """The totals of one case and one renderer.
+
+    Args:
+        case: at its size.
+        name: the renderer's full name.
+        series: what is known of the case's bounces.
+        settings, crew: as of a comparison.
+        traits: what is declared of the renderer.
+        known: the declared deviations of this comparison.
+        others: how many intervals each region has in it: (bounces + total) × channels.
+        show: told the share of the budget that is used.
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        name: str,
+        series: Series,
+        settings: Settings,
+        crew: Crew,
+        traits: Entry,
+        known: Sequence[Deviation],
+        others: int,
+        show: Callable[[float], None],
+    ) -> None:
+        self.case, self.name, self.series, self.settings, self.crew = case, name, series, settings, crew
+        self.traits, self.known, self.others, self.show = traits, known, others, show
+        self.regions = Regions.of(*case.scene.shape[:2], case.tiles)
+
+    def row(self, scale: float = 1.0, budget: float | None = None) -> tuple[TotalResult, Sampler | None]:
+        """Hold the total against Σ sᵏ TᵏE; whatever the renderer does, a result.
+
+        Args:
+            scale: s.
+            budget: seconds; the share of a total by default.
+
+        Returns:
+            The result, and the images behind it if there are any.
+        """
+        truth = self.series.total(scale)
+        one = _One(self, truth, scale)
+        if one.hopeless:
+            return one.without("unsupported", one.hopeless), None
+        try:
+            scene = self.case.scene if scale == 1 else darker(self.case.scene, scale)
+        except SceneError as error:
+            return one.without("unsupported", f"total: albedos × {scale:g}: {error}"), None
+        job = Job(
+            self.name,
+            scene,
+            [0],
+            first_seed(self.settings.seed),
+            SHARE * self.settings.budget if budget is None else budget,
+            self.show,
+            first_look=min(FIRST_LOOK, self.settings.first_look),
+            least_spp=LEAST_SPP,
+            deterministic=self.traits.deterministic,
+        )
+        try:
+            sampler = Sampler(job, _Totals(self.crew), self.regions)
+            return one.judged(sampler), sampler
+        except RendererError as error:
+            verdict: Verdict = "unsupported" if isinstance(error, Unsupported) else "error"
+            return one.without(verdict, _named(error), error.log), None
+
+
+class _One:
+    """One total, for one scale."""
+
+    def __init__(self, of: Totalling, truth: WholeSum, scale: float) -> None:
+        self.of, self.truth, self.scale = of, truth, scale
+        case, regions = of.case, of.regions
+        self.mean = regions.means(truth.mean[None])
+        self.error = regions.stderr(truth.stderr[None])[:, 0]
+        self.denominator = denominators(self.mean)[:, 0]
+        with np.errstate(invalid="ignore"):
+            self.tail = regions.means(truth.tail[None])[:, 0] / self.denominator
+        # of darker scenes the bounces have other shares, and s = 0 leaves bounce 0 by itself
+        self.tolerance = case.tolerance.of_sum(truth.terms.mean(axis=1))
+        names = channel_names(case.scene.channels, case.wavelengths)
+        self.declared = declared_of_sum(of.known, truth.terms, names, case.tolerance)
+
+    @property
+    def hopeless(self) -> str:
+        """Why nothing could pass, whatever the renderer makes; empty if something could."""
+        image, tiles = float(self.tail[0].max()), float(self.tail[1:].max(initial=0.0))
+        if image <= self.tolerance.of_image(0) and tiles <= self.tolerance.of_tile(0):
+            return ""
+        worst = max(image, tiles)
+        known = f"to {100 * worst:.2g} % of the sum at best" if np.isfinite(worst) else "by no bound"
+        return (
+            f"total: the truth adds up {self.truth.how}; what later bounces hold is known {known}, more than the "
+            f"tolerance of ±{100 * self.tolerance.of_image(0):.2g} %"
+        )
+
+    def without(self, verdict: Verdict, message: str, log: Sequence[str] = ()) -> TotalResult:
+        """The result where there are no numbers."""
+        return TotalResult(
+            verdict=verdict, scale=self.scale, truth=self.truth.how, message=message, log=list(log)
+        )
+
+    def judged(self, sampler: Sampler) -> TotalResult:
+        """Sample and look, each time after about twice as long, until there is a verdict or the budget is used up."""
+        settings, looks, count = self.of.settings, list[Look](), sampler.enough
+        while True:
+            sampler.draw([0], count)
+            count = sampler.pixels[0].count
+            if not (settings.early_stop or sampler.exhausted or self.of.traits.deterministic):
+                continue
+            look = len(looks) + 1
+            measured = self._measured(sampler, look)
+            result = judge(measured, self.tolerance, self.of.regions, self.declared)
+            undecided = result.verdict == "inconclusive"
+            looks.append(
+                Look(
+                    replicates=count,
+                    seconds=sampler.seconds,
+                    alpha=settings.alpha_of(look),
+                    open_bounces=[self.truth.last] if undecided else [],
+                )
+            )
+            if not undecided or sampler.exhausted or self.of.traits.deterministic:
+                return TotalResult(
+                    verdict=result.verdict,
+                    result=result,
+                    tail=float(self.tail.max()),
+                    seconds=sampler.seconds,
+                    looks=looks,
+                    message=self._undecided(measured) if undecided else "",
+                    scale=self.scale,
+                    truth=self.truth.how,
+                )
+
+    def _measured(self, sampler: Sampler, look: int) -> Measured:
+        replicates = sampler.regions[0]
+        found = biases(
+            Means.of(replicates),
+            Means.known(self.mean[:, 0], self.error),
+            self.denominator,
+            self.of.settings.alpha_of(look),
+            others=self.of.others,
+            least_error=least_error(
+                event_size(sampler.pixels[0], sampler.spp),
+                self.mean[:, 0],
+                self.of.regions.pixels() * sampler.spp * replicates.count,
+            ),
+        )
+        return Measured(
+            bounce=self.truth.last if self.scale else 0,
+            channels=channel_names(self.of.case.scene.channels, self.of.case.wavelengths),
+            biases=up_to(found, self.tail),
+            mean=replicates.mean,
+            truth=self.mean[:, 0],
+            denominator=self.denominator,
+            skewness=skewness.of_the_mean(replicates) * np.sqrt(replicates.count),
+            dominance=replicates.dominance,
+            look=look,
+            replicates=replicates.count,
+            spp=sampler.spp * replicates.count,
+            enough=replicates.count >= sampler.enough,
+        )
+
+    def _undecided(self, measured: Measured) -> str:
+        widths = measured.biases.own.high - measured.biases.own.low
+        half_known = bool((self.tail[0] > 0.5 * widths[0]).any())
+        why = "the tail is not known well enough" if half_known else "its part of the budget was used up"
+        seen = float(measured.biases.resolution[0].max() + self.tolerance.of_image(0))
+        return f"total: {why}; a bias could have been detected from {100 * seen:.2g} %"
+
+
+def up_to(found: Biases, tail: Array) -> Biases:
+    """Biases that hold whatever the truth is between the one that was taken and so much more, relative.
+
+    Args:
+        found: relative to the lower end, ``(regions, channels)``.
+        tail: how much further the truth may lie, of the same shape.
+    """
+
+    def lower(limits: Range) -> Range:
+        return Range(limits.low - tail, limits.high)
+
+    return replace(
+        found,
+        bias=found.bias - tail / 2,
+        own=lower(found.own),
+        simultaneous=lower(found.simultaneous),
+        resolution=found.resolution + tail / 2,
+    )
+
+
+def _named(error: RendererError) -> str:
+    """Its message, which says that it is about the total."""
+    message = str(error)
+    return message if message.startswith("total") else f"total: {message}"
+
+
+def counted(totals: Sequence[TotalResult]) -> list[Verdict]:
+    """The verdicts that count for a comparison: all but ``unsupported``, which is told and nothing more."""
+    return [total.verdict for total in totals if total.verdict != "unsupported"]
+
+
+def said_of(totals: Sequence[TotalResult]) -> str:
+    """What a reader must know of totals without a verdict, or that went wrong; empty if there is nothing."""
+    return "; ".join(t.message for t in totals if t.message and t.verdict in ("inconclusive", "error"))

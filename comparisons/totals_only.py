@@ -1,0 +1,115 @@
+"""A renderer without depth control: it makes totals, and no single bounce.
+
+With every albedo times s its total is Σ sᵏ TᵏE. So it is held against that for several s (``total.SCALES``); s = 0
+leaves E, which is bounce 0. To solve for the later bounces is hopeless: for five of them the condition is 4·10³.
+So nothing is said of each by itself.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from msgspec.structs import replace
+
+from comparisons.crew import Crew
+from comparisons.in_process import InProcess
+from comparisons.known import declared
+from comparisons.metrics import partial_sum_metrics, term_metrics
+from comparisons.renderers import canonical, traits
+from comparisons.results import Comparison, Images, TotalResult
+from comparisons.sequential import Sampler, first_seed
+from comparisons.settings import Observer, Settings
+from comparisons.total import SCALES, Totalling, counted, said_of
+from comparisons.verdict import overall
+from comparisons.whole_sum import Series
+from scenes import Case
+from scenes.formats import exr
+
+
+def by_totals(
+    refused: Comparison,
+    case: Case,
+    series: Series,
+    settings: Settings,
+    crew: Crew,
+    observer: Observer,
+    guest: InProcess | None,
+    folder: Path,
+) -> Comparison:
+    """Hold its totals against the sums, in equal parts of the budget.
+
+    Args:
+        refused: the comparison by bounces that came to nothing.
+        case, series, settings, crew, observer, guest: as of ``Comparing``.
+        folder: for images.
+    """
+    start, shown = time.monotonic(), refused.renderer
+    name = guest.name if guest else canonical(shown)
+    known = declared(list(settings.known), case.name, name, refused.renderer_version)
+    count = 1 + len(SCALES)
+
+    def show(share: float) -> None:
+        observer.progressed(share, "totals, with darker and darker surfaces")
+
+    work = Totalling(
+        case,
+        name,
+        series,
+        settings,
+        crew,
+        guest.traits if guest else traits(name),
+        known,
+        count * case.scene.channels,
+        show,
+    )
+    try:
+        dark, sampler = work.row(0.0, settings.budget / count)
+        totals = list[TotalResult]()
+        for scale in SCALES:
+            if "error" not in counted([dark, *totals]):  # what has crashed or hung once will do so again
+                totals.append(work.row(scale, settings.budget / count)[0])
+    finally:
+        crew.dismiss(name)
+    bounces = [dark.result] if dark.result else []
+    verdicts = counted([dark, *totals])
+    if not verdicts:  # nothing was compared, and each of them says why
+        return replace(
+            refused, message=next(t.message for t in (*totals[::-1], dark) if t.message), totals=totals
+        )
+    later = f"{refused.message}; no bounce from 1 on can be seen by itself"
+    return replace(
+        refused,
+        verdict=overall(verdicts),
+        seconds=time.monotonic() - start,
+        spp=max((t.result.spp for t in totals if t.result), default=0),
+        replicates=max((t.result.replicates for t in totals if t.result), default=0),
+        bounces=bounces,
+        totals=totals,
+        message=said_of([dark, *totals]),
+        log=[line for total in (dark, *totals) for line in total.log],
+        notes=[later, *_unsaid(dark)],
+        **(_seen(sampler, series, case, shown, name, settings, folder) if bounces and sampler else {}),
+    )
+
+
+def _unsaid(dark: TotalResult) -> list[str]:
+    return [] if dark.result else [f"Bounce 0 by itself: {dark.message}"]
+
+
+def _seen(
+    sampler: Sampler, series: Series, case: Case, shown: str, name: str, settings: Settings, folder: Path
+) -> dict[str, object]:
+    """Images and metrics of bounce 0."""
+    mean, error = sampler.pixels[0].mean[None], sampler.pixels[0].standard_error[None]
+    stem = Path("images", case.name)
+    images = Images(
+        truth=(stem / "truth-bounce0.exr").as_posix(),
+        renderer=(stem / f"{shown.replace(':', '-')}.exr").as_posix(),
+    )
+    made = f"{case.name}, {name}, black surfaces, first seed {first_seed(settings.seed)}"
+    truth, errors = series.terms[:1], series.errors[:1]
+    exr.write_bounces(folder / images.truth, truth, errors, wavelengths=case.wavelengths)
+    exr.write_bounces(folder / images.renderer, mean, error, {"lightproof:source": made}, case.wavelengths)
+    metrics = partial_sum_metrics(mean, truth), term_metrics(mean, truth)
+    return {"images": images, "metrics": metrics[0], "term_metrics": metrics[1]}
