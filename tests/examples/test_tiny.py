@@ -36,7 +36,9 @@ pytestmark = pytest.mark.xdist_group("tiny")  # built once
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The program, built in a folder of its own."""
-    if not (shutil.which("make") and shutil.which("pkg-config") and shutil.which(os.environ.get("CXX", "g++"))):
+    if not (
+        shutil.which("make") and shutil.which("pkg-config") and shutil.which(os.environ.get("CXX", "g++"))
+    ):
         if os.environ.get("CI") == "true":
             pytest.fail("no C++ compiler, and CI has to build the example")
         pytest.skip("no C++ compiler")
@@ -130,7 +132,12 @@ def test_the_image_is_not_turned_over(name: str, render: Render) -> None:
     image, expected = render(found.scene, 64, 1, found.bounces).sum(axis=0), truth.sum(axis=0)
     distances = {
         turned: np.abs(quarters(image) - quarters(expected[::rows, ::columns])).max()
-        for turned, (rows, columns) in {"not": (1, 1), "over": (-1, 1), "around": (1, -1), "both": (-1, -1)}.items()
+        for turned, (rows, columns) in {
+            "not": (1, 1),
+            "over": (-1, 1),
+            "around": (1, -1),
+            "both": (-1, -1),
+        }.items()
     }
     assert distances.pop("not") < 0.02 * expected.mean()
     assert min(distances.values()) > 0.05 * expected.mean()
