@@ -1,12 +1,14 @@
 """pyrender: OpenGL as a witness for E and G. It draws what is visible, and shares nothing with any path tracer.
 
 First hits come from its depth buffer and its segmentation, which has a colour for each side of each surface: OpenGL
-itself tells front from back, by culling. It has no normals.
+itself tells front from back, by culling. It has no normals. pyrender asks for four samples per pixel, none of them in
+its middle; for a segmentation it switches them off, and both buffers then hold what is in the middle.
 
-Bounce 0 is what the visible sides emit, averaged over points of the pixel: 8 × 8 pixels for one, drawn 16 times with
-the points moved about, so that 128 columns and 128 rows of points cross each pixel. An edge along a row or a column
-is misplaced by 1/256 of a pixel at most; at the worst angle, half a right one, the share of a pixel that is covered
-is off by 1.6 %. There are no random numbers: whatever spp and seed are, the image is the same.
+Bounce 0 is what the visible sides emit, averaged over points of the pixel: 8 × 8 pixels for one, drawn 64 times with
+the points moved about, so that 512 columns and 512 rows of points cross each pixel. An edge along a row or a column
+is misplaced by 1/1024 of a pixel at most; at the worst angle, half a right one, the share of a pixel that is covered
+is off by 0.8 %. Scenes of many triangles, as spheres need them, are drawn 16 times: 1/256 of a pixel, and 1.6 %.
+There are no random numbers: whatever spp and seed are, the image is the same.
 
 A depth buffer of 24 bits can't hold the near and the far as well: the scene is drawn in up to four ranges of
 distance, each 16 times as far as the one before, down to 2⁻¹⁶ of the farthest. What is nearer than that is not seen.
@@ -21,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.renderers.opengl_platform import canvas, load, one_sample_per_pixel
+from comparisons.renderers.opengl_platform import canvas, load
 from comparisons.renderers.opengl_triangles import triangles
 from comparisons.renderers.opengl_view import View
 from comparisons.renderers.protocol import Hits, Images, RendererFailed, Unsupported
@@ -34,7 +36,9 @@ Labels = NDArray[np.intp]
 
 _RANGES, _RATIO = 4, 16.0
 _OVERLAP = 1.001  # of one range and the next, so that nothing falls between them
-_FINER, _SHIFTS = 8, 16
+_FINER, _SHIFTS, _FEWER_SHIFTS = 8, 64, 16
+_MANY = 50_000
+"""Triangles, both sides counted."""
 _LARGEST = 4096
 """Pixels across; what OpenGL has to be able to draw at once."""
 
@@ -94,7 +98,8 @@ class PyrenderRenderer:
         radiances, of_label = np.unique(_Le(scene), axis=0, return_inverse=True)
         stage, mean = self._stage(scene, view), np.zeros(scene.shape)
         fine = view.finer(finer)
-        shifts = list(_shifts(_SHIFTS)) if finer > 1 else [(0.0, 0.0)]
+        count = 1 if finer == 1 else _SHIFTS if stage.triangles < _MANY else _FEWER_SHIFTS
+        shifts = list(_shifts(count))
         for shift in shifts:
             label, _ = stage.draw(fine, shift)
             seen = of_label.reshape(-1)[label].reshape(view.height, finer, view.width, finer)
@@ -120,8 +125,10 @@ class _Stage:
         self._pyrender, self._canvas = pyrender, canvas
         self._scale = 1 / (farthest(scene) or 1.0)
         self._made, self._colours = pyrender.Scene(), dict[Any, tuple[int, ...]]()
+        self.triangles = 0
         for i, surface in enumerate(scene.surfaces):
             corners, front = triangles(surface, view)
+            self.triangles += 2 * len(front)
             positions = self._scale * (corners - view.origin)
             # of the segmentation pyrender culls all backs, so that a back is drawn as the front of the same
             # triangles the other way round
@@ -157,8 +164,7 @@ class _Stage:
         )
         self._made.main_camera_node = camera
         try:
-            with one_sample_per_pixel():
-                colour, depth = self._canvas.render(self._made, self._pyrender.RenderFlags.SEG, self._colours)
+            colour, depth = self._canvas.render(self._made, self._pyrender.RenderFlags.SEG, self._colours)
         finally:
             self._made.remove_node(camera)
         label = colour.astype(np.intp) @ (1 << 16, 1 << 8, 1)

@@ -8,13 +8,13 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from importlib.metadata import version
 from typing import Any
 
 from packaging.version import Version
 
+from comparisons.renderers import limits
 from comparisons.renderers.protocol import RendererFailed
 
 INSTALL = "pip install lightproof[opengl]; on Debian also: apt install libegl1 libgl1 libgl1-mesa-dri"
@@ -32,9 +32,11 @@ def load() -> Any:
         RendererFailed: a library of the system is missing; the message names the Debian package.
     """
     os.environ.setdefault(_PLATFORM, platform())
-    # work is split over processes; and drawing leaves no files behind in the user's cache
-    os.environ.setdefault("LP_NUM_THREADS", "1")
-    os.environ.setdefault("MESA_SHADER_CACHE_DISABLE", "true")
+    os.environ.setdefault("LP_NUM_THREADS", "1")  # work is split over processes
+    if folder := os.environ.get(limits.MARK):
+        # Mesa keeps compiled shaders in files, without which OSMesa compiles one for each surface; with those of the
+        # process they go away
+        os.environ.setdefault("MESA_SHADER_CACHE_DIR", folder)
     try:
         import pyrender
     except ModuleNotFoundError as error:
@@ -86,24 +88,3 @@ def canvas(pyrender: Any) -> Any:
     except Exception as error:
         driver = f"{os.environ[_PLATFORM]} gives no OpenGL context ({type(error).__name__}: {error})"
         raise RendererFailed(f"{driver}; on Debian: apt install libegl-mesa0 libgl1-mesa-dri") from error
-
-
-@contextmanager
-def one_sample_per_pixel() -> Iterator[None]:
-    """While pyrender makes its buffers: one sample in the middle of each pixel.
-
-    It asks for four, wherever the driver puts them, and of those that the depth is read from none lies in the middle
-    of its pixel. There is no option for that.
-    """
-    from pyrender import renderer
-
-    multisampled = renderer.glRenderbufferStorageMultisample
-
-    def plain(target: int, samples: int, format: int, width: int, height: int) -> None:
-        multisampled(target, 0, format, width, height)
-
-    renderer.glRenderbufferStorageMultisample = plain
-    try:
-        yield
-    finally:
-        renderer.glRenderbufferStorageMultisample = multisampled

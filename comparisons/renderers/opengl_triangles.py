@@ -85,14 +85,13 @@ def _ellipsoid(surface: Surface, center: Array, matrix: Array, inward: bool, vie
 def _cells(surface: Surface, center: Array, matrix: Array, view: View) -> int:
     """How many cells along the edge of a face of the cube keep the deviation as small as the view needs it."""
     stretch = np.linalg.svd(matrix, compute_uv=False)
-    if view.parallel:
+    local = np.linalg.solve(matrix, view.origin - center)
+    nearest = float(stretch[-1]) * abs(float(np.linalg.norm(local)) - 1)
+    if view.parallel:  # rays start all over the image
         forward = view.frame[:, 2]
-        nearest = least(surface.shape, forward) - float(forward @ view.origin)
-        pixel = view.smallest_pixel
-    else:
-        local = np.linalg.solve(matrix, view.origin - center)
-        nearest = float(stretch[-1]) * abs(float(np.linalg.norm(local)) - 1)
-        pixel = nearest * view.smallest_pixel
+        ahead = least(surface.shape, forward) - float(forward @ view.origin)
+        nearest = max(ahead, nearest - math.hypot(view.width, view.height) / 2 * view.pixel)
+    pixel = view.smallest_pixel * (1 if view.parallel else nearest)
     allowed = min(OF_DISTANCE * nearest, OF_PIXEL * pixel) / float(stretch[0])
     cells = math.ceil(math.pi / math.sqrt(32 * allowed)) if allowed > 0 else _MOST_CELLS + 1
     if cells > _MOST_CELLS:

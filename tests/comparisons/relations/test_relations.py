@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -83,12 +84,22 @@ def test_every_relation_has_a_fault() -> None:
         ("too_far", "have another distance"),
         ("normals_behind", "have another normal"),
         ("half_a_pixel_off", "have another surface"),
+        ("too_far_without_normals", "have another distance"),
     ],
 )
 def test_wrong_first_hits(attempt: Try, wrong: Any, fault: str, message: str) -> None:
     [result] = attempt("first-hits", hits=getattr(wrong, fault), stage="room")
     assert result.verdict == "fail"
     assert message in result.message
+
+
+def test_normals_that_nobody_tells_are_not_judged(attempt: Try, wrong: Any) -> None:
+    [result] = attempt("first-hits", hits=wrong.without_normals, stage="metal")
+    assert result.verdict == "pass"
+    assert re.search(r"\d+ normals were not told$", result.message)
+    [told] = attempt("first-hits", stage="metal")
+    assert told.verdict == "pass"
+    assert "not told" not in told.message
 
 
 @pytest.mark.parametrize(

@@ -197,6 +197,19 @@ def normals_behind(scene: Scene) -> Hits:
     return _as_hits(changed(found, normal=-found.normal))
 
 
+def without_normals(scene: Scene) -> Hits:
+    """It can't tell normals, which is no fault."""
+    found = first_hits(scene)
+    return _as_hits(changed(found, normal=0 * found.normal))
+
+
+def too_far_without_normals(scene: Scene) -> Hits:
+    """It can't tell normals, and distances are wrong."""
+    found = too_far(scene)
+    found[1:4] = 0
+    return found
+
+
 def half_a_pixel_off(scene: Scene) -> Hits:
     """Rays through the corners of pixels."""
     return _as_hits(first_hits(scene, (0.0, 0.0)))
