@@ -261,4 +261,6 @@ def _of_relations(relations: Sequence[RelationResult]) -> Iterator[Clue]:
         if result.verdict == "fail" and result.relation not in said:
             said.add(result.relation)
             weights = told.get(result.relation) or tables.RELATIONS.get(result.operator, {})
+            if result.relation == "first-hits" and result.operator == "sensor":
+                weights = tables.OTHER_CAMERA
             yield Clue(f"{result.relation} ({result.scene}): {result.message or result.statement}", weights)
