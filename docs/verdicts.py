@@ -11,6 +11,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from comparisons import results
+from comparisons.renderers import RENDERERS
+from comparisons.renderers.mitsuba_names import is_of_family, shown
 from comparisons.results import Comparison, Results
 from scenes import library
 
@@ -123,6 +125,15 @@ def _percent(bias: float) -> str:
     return f"{100 * bias:+.2g} %"
 
 
+def names() -> list[str]:
+    """Every renderer that is in the table: the tracer's strategies, each form of Mitsuba, and the OpenGL witness."""
+    own = [name for name in RENDERERS if not is_of_family(name)]
+    return [*own, *(form.name for form in shown())]
+
+
 if __name__ == "__main__":
+    if sys.argv[1:] == ["--names"]:
+        print(*names(), sep="\n")
+        raise SystemExit
     runs = [results.read(Path(folder)) for folder in sys.argv[1:]]
     Path(__file__).with_suffix(".md").write_text(page(runs))
