@@ -195,7 +195,7 @@ def supports(form: str = "scalar_rgb") -> dict[str, Sequence[str]]:
     delta = () if particles else ("mirror", "dielectric", "conductor")
     rough = ("rough_conductor", "rough_dielectric", "blend")
     pictures = () if told.spectral else ("image texture",)
-    skies = ("constant_environment",) if told.spectral else ("constant_environment", "environment_map")
+    skies = ("constant",) if told.spectral else ("constant", "environment_map")
     meters = () if particles else ("orthographic", "radiance_meter")
     return {
         "shapes": ("quad", "disk", "sphere", "mesh", "inward", "shading normals", "two_sided"),

@@ -1,5 +1,7 @@
 """A minimal scene that shows the finding beside this file. Needs Mitsuba 3 only; takes seconds."""
 
+from itertools import pairwise
+
 import mitsuba as mi
 import numpy as np
 
@@ -16,7 +18,7 @@ for bands in range(1, 6):
         "component_format": "float32",
     }
     edges = np.linspace(400, 700, bands + 1)
-    for i, (low, high) in enumerate(zip(edges, edges[1:], strict=False)):
+    for i, (low, high) in enumerate(pairwise(edges)):
         nodes = f"{low}, {low + 1}, {high - 1}, {high}"
         film[f"band{i}"] = {"type": "irregular", "wavelengths": nodes, "values": "0, 1, 1, 0"}
     lamp = {"type": "rectangle", "emitter": {"type": "area", "radiance": {"type": "uniform", "value": 1.0}}}

@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from comparisons.renderers import Unsupported
-from comparisons.renderers.mitsuba import MitsubaRenderer
+from comparisons.renderers.mitsuba import MitsubaRenderer, installed, supports
 from comparisons.renderers.mitsuba_names import Form, parse
 from reference_tracer.random_walk import render
 from scenes import (
@@ -36,6 +36,7 @@ from scenes import (
     Surface,
     library,
 )
+from scenes.features import features
 
 Array = NDArray[np.float64]
 Make = Callable[[str], MitsubaRenderer]
@@ -271,6 +272,29 @@ UNSEEN = {
         {"sensor": RadianceMeter((0.0, 0.0, 1.0), (0.0, 0.0, -1.0))},
     ),
 }
+
+
+def test_what_forms_support() -> None:
+    everything = supports()
+    assert "environment_map" in everything["lights"]
+    assert "mirror" in everything["materials"]
+    assert not {"environment_map"} & set(supports("scalar_spectral")["lights"])
+    particles = supports("llvm_ad_rgb:ptracer")
+    assert not {"mirror", "dielectric", "conductor"} & set(particles["materials"])
+    assert particles["sensors"] == ("pinhole", "thin_lens")
+    assert supports("scalar_rgb:direct")["bounces"] == ("0", "1")
+    # what no case has, but scenes may have
+    rare = {"checkerboard texture", "two_sided", "thin_lens", "radiance_meter"}
+    known = {name for case in library.CASES for name in features(library.case(case).scene)} | rare
+    for kind in ("shapes", "materials", "lights", "sensors"):
+        assert set(everything[kind]) <= known, "words of another vocabulary"
+
+
+def test_a_version_without_loading(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert installed("scalar_rgb") == installed("scalar_spectral:volpath")
+    monkeypatch.setenv("DRJIT_LIBLLVM_PATH", "/nowhere/libLLVM.so")
+    assert installed("llvm_ad_rgb") is None
+    assert installed("scalar_rgb")
 
 
 @pytest.mark.parametrize("name", UNSEEN)

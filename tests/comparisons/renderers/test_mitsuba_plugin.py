@@ -11,7 +11,13 @@ import pytest
 
 from comparisons.renderers import RendererFailed, Unsupported
 from comparisons.renderers.mitsuba import MitsubaRenderer
-from comparisons.renderers.mitsuba_plugin import MitsubaPlugin, MitsubaPluginRenderer, PluginError
+from comparisons.renderers.mitsuba_plugin import (
+    MitsubaPlugin,
+    MitsubaPluginRenderer,
+    PluginError,
+    entry,
+    supports,
+)
 from scenes import Scene, library
 
 PLUGINS = '''
@@ -142,6 +148,20 @@ def test_what_is_not_passed_on_makes_a_scene_unsupported() -> None:
     wrong = {"diffuse": {"type": "diffuse", "reflectance": "{albedo}"}}
     with pytest.raises(Unsupported, match=r"{albedo} in bsdf.diffuse: here diffuse has reflectance"):
         made(bsdf=wrong).render(box(), [0], 1, 0)
+
+
+def test_what_is_known_before_it_is_loaded() -> None:
+    table = {"mitsuba": "llvm_ad_rgb:direct", "bsdf": {"diffuse": DIFFUSE}, "sampler": {"type": "mine"}}
+    known = entry(msgspec.convert(table, MitsubaPlugin))
+    assert known.title == "mitsuba:llvm_ad_rgb:direct with sampler mine, bsdf mydiffuse"
+    assert (known.module, known.adapter, known.package) == (
+        "mitsuba_plugin",
+        "MitsubaPluginRenderer",
+        "mitsuba",
+    )
+    assert (known.last_bounce, known.spp_unit) == (1, 4)
+    assert msgspec.json.decode(known.argument, type=MitsubaPlugin) == msgspec.convert(table, MitsubaPlugin)
+    assert supports(known.argument)["bounces"] == ("0", "1")
 
 
 @pytest.mark.parametrize(
