@@ -39,8 +39,8 @@ _PARTS = {"variant": VARIANTS, "integrator": INTEGRATORS, "sampler": SAMPLERS}
 LAST_BOUNCE = {"direct": 1}
 """Of integrators that don't go on for ever."""
 
-_TOGETHER = {"stratified": 64, "multijitter": 64, "orthogonal": 49, "ldsampler": 64}
-_COMPILED_PARTICLES = 16
+_TOGETHER = {"stratified": 16, "multijitter": 16, "orthogonal": 25, "ldsampler": 16}
+_COMPILED, _COMPILED_PARTICLES = 4, 16
 
 
 class FormError(UnknownNameError):
@@ -71,8 +71,11 @@ class Form(NamedTuple):
     @property
     def spp_unit(self) -> int:
         """Samples per pixel come in multiples of this; see ``mitsuba_samplers``."""
-        particles = self.compiled and self.integrator == "ptracer"
-        return _TOGETHER.get(self.sampler, _COMPILED_PARTICLES if particles else 1)
+        if self.sampler in _TOGETHER:
+            return _TOGETHER[self.sampler]
+        if self.compiled:
+            return _COMPILED_PARTICLES if self.integrator == "ptracer" else _COMPILED
+        return 1
 
     @property
     def name(self) -> str:
