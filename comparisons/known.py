@@ -32,7 +32,7 @@ from pathlib import Path
 import msgspec
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 
-from comparisons.renderers import canonical
+from comparisons.renderers import ConfigError, canonical
 from scenes.library import CASES
 from scenes.names import UnknownNameError, look_up
 
@@ -130,7 +130,7 @@ def load(path: Path) -> list[Deviation]:
                 look_up("relation", entry.relation, RELATIONS)
                 look_up("scene", entry.case, {**CASES, **STAGES})
             canonical(entry.renderer)
-        except UnknownNameError as error:
+        except (UnknownNameError, ConfigError) as error:
             raise KnownError(f"{path}: deviation[{i}]: {error}") from error
     return entries
 

@@ -89,7 +89,8 @@ class RendererProcess:
             self._process = self._start(name, entry)
         except OSError as error:
             self._forget()
-            raise RendererFailed(f"its process can't be started: {error}") from None
+            hint = f"; {entry.install}" if entry.install and isinstance(error, FileNotFoundError) else ""
+            raise RendererFailed(f"its process can't be started: {error}{hint}") from None
         try:
             started(self)
             reply, _ = self._reply(entry.start_timeout)

@@ -110,6 +110,7 @@ def _worker(table: dict[str, Any], place: Place) -> Entry:
         "",
         msgspec.json.encode([start[0], said.version]).decode(),
         worker=(*start, str(file.resolve())),
+        install="" if said.python else "pip install uv",
         start_timeout=said.start_timeout,
     )
     return _with_shared(entry, said, place)
@@ -141,7 +142,7 @@ def _with_shared(entry: Entry, said: Shared, place: Place) -> Entry:
         package="",
         deterministic=said.deterministic,
         memory=bytes_of(said.memory, place / "memory") if said.memory else None,
-        install=said.install,
+        install=said.install or entry.install,
         folder=str(place.file.parent.resolve()),
     )
 
