@@ -59,12 +59,12 @@ def supports(argument: str) -> dict[str, Sequence[str]]:
     return {**expressible(keys.scene), "images": images, "seed": seed}
 
 
-def installed(argument: str) -> str | None:
-    """Its version, as its configuration says or asks; None where there is no such program here."""
+def installed(argument: str, folder: Path) -> str | None:
+    """Its version, as its configuration in that folder says or asks; None where there is no such program."""
     keys = msgspec.json.decode(argument, type=Command)
     try:
-        program.executable(keys.command[0], Path.cwd())
-        return _version(keys)
+        program.executable(keys.command[0], folder)
+        return _version(keys, folder)
     except RendererFailed:
         return None
 
@@ -79,7 +79,7 @@ class CommandRenderer:
 
     def version(self) -> str:
         """As the configuration says or asks."""
-        return _version(self._keys)
+        return _version(self._keys, self._folder)
 
     def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
         """By calls of the program; see the protocol."""
@@ -196,10 +196,10 @@ def _refuse_cancellation(bounces: Sequence[int], sums: dict[int, Array]) -> None
             )
 
 
-def _version(keys: Command) -> str:
+def _version(keys: Command, folder: Path) -> str:
     if isinstance(keys.version, str):
         return keys.version or "unknown"
-    command = [program.executable(keys.version[0], Path.cwd()), *keys.version[1:]]
+    command = [program.executable(keys.version[0], folder), *keys.version[1:]]
     try:
         found = subprocess.run(
             command,
@@ -208,6 +208,7 @@ def _version(keys: Command) -> str:
             text=True,
             errors="replace",
             timeout=_VERSION_TIMEOUT,
+            cwd=folder,
             check=True,
         )
     except (OSError, ValueError, subprocess.SubprocessError) as error:

@@ -18,6 +18,8 @@ class Entry(msgspec.Struct, frozen=True):
         package: the distribution that it needs besides this one's own; empty where it comes from no distribution.
         deterministic: whether it has no noise, so that every seed gives the same image.
         one_walk: whether a bounce brings all earlier ones along for nothing.
+        last_bounce: beyond which it has none; None for no limit.
+        spp_unit: its samples per pixel come in multiples of this.
         seeded: whether it takes a seed; what does not may still have noise.
         folder: where its process works; empty for the user's working directory.
         worker: a command that speaks ``messages.py`` itself, instead of our worker process with an adapter.
@@ -33,6 +35,8 @@ class Entry(msgspec.Struct, frozen=True):
     package: str = "lightproof"
     deterministic: bool = False
     one_walk: bool = False
+    last_bounce: int | None = None
+    spp_unit: int = 1
     seeded: bool = True
     folder: str = ""
     worker: tuple[str, ...] = ()

@@ -124,7 +124,7 @@ def test_a_wrong_configuration_is_wrong_usage(
     monkeypatch.chdir(tmp_path)
     result = invoke(*command)
     assert result.exit_code == 2
-    assert "lightproof.toml: renderers.mine: expected one of the keys command" in flat(result.output)
+    assert "renderers.mine: expected one of the keys command" in flat(result.output)
 
 
 def test_render_writes_a_layer_per_bounce(tmp_path: Path) -> None:

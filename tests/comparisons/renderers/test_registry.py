@@ -182,13 +182,26 @@ def test_everything_that_a_scene_can_hold_is_asked_for() -> None:
     assert set(every["sensors"]) == tags(*get_args(Camera), *get_args(Meter))
 
 
-def test_what_a_renderer_supports(configured: Any) -> None:
+def test_what_a_renderer_supports(configured: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     command = ["./mine", "{scene}", "{spp}", "{output}"]
     configured(mine={"command": command, "scene": "gltf", "images": "total", "seed": False})
     said = registry.supports(resolve("mine"))
     assert said["shapes"] == ("quad", "mesh")
     assert (said["images"], said["seed"]) == (("bounce 0", "total"), ("no",))
     assert registry.installed(resolve("mine")) is None
+    (tmp_path / "mine").write_text("#!/bin/sh\necho mine 1.2\necho more")
+    (tmp_path / "mine").chmod(0o755)
+    asking = {
+        "command": command,
+        "scene": "json",
+        "images": "total",
+        "seed": False,
+        "version": ["./mine", "-V"],
+    }
+    configured(mine=asking)
+    (tmp_path / "below").mkdir()
+    monkeypatch.chdir(tmp_path / "below")
+    assert registry.installed(resolve("mine")) == "mine 1.2"
     reference = registry.supports(resolve("reference"))
     assert "bounces" in reference["images"]
     assert ("total" in reference["images"]) == hasattr(ReferenceRenderer, "total")
