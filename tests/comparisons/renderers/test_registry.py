@@ -201,7 +201,7 @@ def test_what_a_renderer_supports(configured: Any, tmp_path: Path, monkeypatch: 
     configured(mine=asking)
     (tmp_path / "below").mkdir()
     monkeypatch.chdir(tmp_path / "below")
-    assert registry.installed(resolve("mine")) == "mine 1.2"
+    assert registry.installed(resolve("mine")) == "1.2"
     reference = registry.supports(resolve("reference"))
     assert "bounces" in reference["images"]
     assert ("total" in reference["images"]) == hasattr(ReferenceRenderer, "total")
