@@ -21,6 +21,7 @@ import msgspec
 import numpy as np
 
 from comparisons.renderers import limits
+from comparisons.renderers.config import ConfigError
 from comparisons.renderers.entry import Entry
 from comparisons.renderers.messages import (
     Failed,
@@ -79,7 +80,10 @@ class RendererProcess:
             RendererFailed: it can't be started, or says why it can't be loaded.
             RendererTimeout: it was not ready in time.
         """
-        entry = resolve(name)
+        try:
+            entry = resolve(name)
+        except ConfigError as error:
+            raise RendererFailed(str(error)) from None
         self.name, self._memory, self.closed = name, entry.memory or limits.default_memory(), False
         self._folder = tempfile.mkdtemp(prefix="lightproof-")
         # appending: the worker writes at the end, also of what has been cut; without a name nobody can take it away
@@ -120,9 +124,8 @@ class RendererProcess:
             cwd=folder,
             start_new_session=True,
         )
-        with suppress(
-            OSError
-        ):  # where memory runs out all the same, the kernel takes a renderer, not the run
+        # where memory runs out all the same, the kernel takes a renderer, not the run
+        with suppress(OSError):
             Path(f"/proc/{process.pid}/oom_score_adj").write_text("1000")
         return process
 

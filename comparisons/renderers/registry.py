@@ -108,7 +108,7 @@ def strategies_of(name: str) -> tuple[str, ...]:
 
 
 def create(name: str) -> Renderer:
-    """Make the renderer of that name in this process, importing its packages.
+    """Make the renderer of that name in this process, and in its working directory, importing its packages.
 
     Raises:
         UnknownNameError: there is no such renderer.
@@ -209,7 +209,7 @@ def _own() -> Mapping[str, Entry]:
     found = config.current()
     for name in found.renderers:
         if name in SHORT_NAMES or name in RENDERERS:
-            raise ConfigError(found.file, f"renderers.{name}", name, "a name that is not one of ours")
+            raise ConfigError(f"{found.file}: renderers.{name}: expected a name that is not one of ours")
     return found.renderers
 
 

@@ -203,7 +203,9 @@ def test_placeholders_are_filled() -> None:
 
 def test_a_name_of_ours_is_taken(configured: Callable[..., Path]) -> None:
     configured(mitsuba={"command": COMMAND, "scene": "json", "images": "cumulative"})
-    with pytest.raises(ConfigError, match="a name that is not one of ours"):
+    with pytest.raises(
+        ConfigError, match=r"toml: renderers\.mitsuba: expected a name that is not one of ours"
+    ):
         resolve("mine")
 
 
