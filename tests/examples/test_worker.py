@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,12 +21,24 @@ from scenes import library
 FOLDER = Path(__file__).parents[2] / "examples" / "worker"
 
 
+@pytest.fixture(scope="session")
+def environment() -> None:
+    """Made by uv, which has to fetch packages the first time; without uv or a network there is nothing to test."""
+    uv = tables.find_uv()
+    made = uv and subprocess.run(
+        [uv, "run", "--no-project", "--script", FOLDER / "quads.py"],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    if not made or made.returncode:
+        why = f"uv can't make the worker's environment: {made.stderr}" if made else "uv is not installed"
+        pytest.fail(why) if os.environ.get("CI") == "true" else pytest.skip(why)
+
+
 @pytest.fixture(autouse=True)
-def in_the_folder(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    if tables.find_uv() is None:
-        if os.environ.get("CI") == "true":
-            pytest.fail("uv is not installed, and CI has to run the worker")
-        pytest.skip("uv is not installed")
+def in_the_folder(environment: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.chdir(FOLDER)
     config._read.cache_clear()
     yield

@@ -101,7 +101,7 @@ def test_a_module_that_is_not_there_is_a_wrong_name(own: Path) -> None:
     with pytest.raises(UnknownNameError, match="no renderer is called 'owm:Constant'"):
         canonical("owm:Constant")
     (own / "mitsuba.py").write_text("raise SystemExit")
-    with pytest.raises(UnknownNameError, match="did you mean mitsuba:scalar_rgb"):
+    with pytest.raises(UnknownNameError, match="no renderer is called 'mitsuba:scalar_rg'"):
         canonical("mitsuba:scalar_rg")
 
 
