@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import NDArray
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 
-from comparisons.renderers import RENDERERS, canonical
+from comparisons.renderers import RENDERERS, ConfigError, canonical
 from comparisons.renderers.mitsuba_names import shown, spelled_out
 from scenes import Tolerance
 from scenes.library import CASES
@@ -220,7 +220,7 @@ def load(path: Path) -> list[Deviation]:
                 look_up("relation", entry.relation, RELATIONS)
                 look_up("scene", entry.case, {**CASES, **STAGES})
             _check_renderers(entry)
-        except UnknownNameError as error:
+        except (UnknownNameError, ConfigError) as error:
             raise KnownError(f"{path}: deviation[{i}]: {error}") from error
     return entries
 

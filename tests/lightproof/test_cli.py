@@ -97,6 +97,36 @@ def test_lists_for_people_and_programs() -> None:
         assert name in invoke("list", what).output
 
 
+def test_renderers_of_ones_own_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where they are, whether they are there, how to get them, and what they support."""
+    command = """["./mine", "{scene}", "{spp}", "{seed}", "{output}"]"""
+    keys = f"command = {command}\nscene = 'gltf'\nimages = 'total'\ninstall = 'make mine'"
+    (tmp_path / "lightproof.toml").write_text(f"[renderers.mine]\n{keys}\nversion = '2.0'")
+    monkeypatch.chdir(tmp_path)
+    rows = {row["name"]: row for row in json.loads(invoke("list", "renderers", "--json").output)}
+    mine = rows["mine"]
+    assert (mine["version"], mine["installed"], mine["install"]) == (None, False, "make mine")
+    assert mine["supports"]["images"] == ["bounce 0", "total"]
+    assert rows["reference:mis"]["installed"]
+    assert rows["reference:mis"]["supports"]["sensors"][0] == "pinhole"
+    (tmp_path / "mine").write_text("#!/bin/sh")
+    (tmp_path / "mine").chmod(0o755)
+    rows = {row["name"]: row for row in json.loads(invoke("list", "renderers", "--json").output)}
+    assert (rows["mine"]["version"], rows["mine"]["installed"]) == ("2.0", True)
+    assert re.search("mine .*2.0 .*yes .*make mine .*quad, mesh", invoke("list", "renderers").output)
+
+
+@pytest.mark.parametrize("command", [["list", "renderers"], ["render", "furnace-box", "--renderer", "mine"]])
+def test_a_wrong_configuration_is_wrong_usage(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: list[str]
+) -> None:
+    (tmp_path / "lightproof.toml").write_text("[renderers.mine]\ncomand = ['./mine']")
+    monkeypatch.chdir(tmp_path)
+    result = invoke(*command)
+    assert result.exit_code == 2
+    assert "renderers.mine: expected one of the keys command" in flat(result.output)
+
+
 def test_render_writes_a_layer_per_bounce(tmp_path: Path) -> None:
     out = tmp_path / "box.exr"
     arguments = ("furnace-box", "--renderer", "mitsuba", "--bounces", "2", "--spp", "2", "--size", "8x6")
@@ -265,8 +295,9 @@ def test_lists_cut_no_name(width: int) -> None:
 
 
 def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path, processes: Any) -> None:
-    def group(leader: int) -> set[int]:
-        return {process.pid for process in processes() if process.group == leader and process.state != "Z"}
+    def below(run: int) -> set[int]:
+        """The run, and its renderers, each of which leads a group of its own."""
+        return {p.pid for p in processes() if run in (p.pid, p.parent) and p.state != "Z"}
 
     run = subprocess.Popen(
         [
@@ -286,15 +317,16 @@ def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path, processes: Any) -
         start_new_session=True,
     )
     deadline = time.monotonic() + 60
-    while not group(run.pid) - {run.pid} and time.monotonic() < deadline:
+    while not below(run.pid) - {run.pid} and time.monotonic() < deadline:
         time.sleep(0.1)
-    assert group(run.pid) - {run.pid}, "no renderer was started"
+    started = below(run.pid)
+    assert started - {run.pid}, "no renderer was started"
     os.killpg(run.pid, signal.SIGINT)
     _, errors = run.communicate(timeout=30)
     assert run.returncode == 130
     assert "interrupted" in errors
     assert "Traceback" not in errors
-    assert not group(run.pid)
+    assert not started & {p.pid for p in processes() if p.state != "Z"}
 
 
 def test_relations_need_no_answer(tmp_path: Path) -> None:

@@ -56,6 +56,15 @@ def test_a_program_that_misbehaves(start: Any, scene: Scene, how: str, spotless:
     assert spotless() == [process._process.pid] or how == "hang-with-children"
 
 
+def test_a_program_that_leaves_children_behind(start: Any, scene: Scene, spotless: Any) -> None:
+    """It is fine, and its image counts; they end with it, at latest with its worker."""
+    process = start("--wrong", "leave-children")
+    assert process.render(scene, [0], 1, 0, timeout=60).min() == 1.0
+    assert len(spotless()) == 2, "the worker, and the one that has left the process group"
+    process.close()
+    assert spotless() == []
+
+
 def test_what_prints_without_end_does_not_fill_the_disk(
     start: Any, scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
