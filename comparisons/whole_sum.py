@@ -123,7 +123,7 @@ class Series:
             if last >= LEAST and share <= NEGLIGIBLE:
                 bound = np.minimum(bound, 2 * rest.light.max(axis=0))
                 return cls._ended(
-                    terms, np.zeros_like(terms), bound, f"bounces 0 to {last}, which have died away"
+                    terms, np.zeros_like(terms), bound, f"bounces 0 to {last}, by when they have died away"
                 )
             if last == end:
                 how = f"bounces 0 to {last}, " + (
