@@ -32,7 +32,7 @@ from comparisons.known import Deviation, declared_of_sum
 from comparisons.regions import Regions
 from comparisons.renderers import Entry, Images, RendererError, Unsupported
 from comparisons.results import Look, TotalResult, Verdict
-from comparisons.sequential import Job, Sampler, first_seed
+from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Settings
 from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Biases, Means, Range, biases, denominators
@@ -163,10 +163,10 @@ class _One:
         if image <= self.tolerance.of_image(0) and tiles <= self.tolerance.of_tile(0):
             return ""
         worst = max(image, tiles)
-        known = f"to {100 * worst:.2g} % of the sum at best" if np.isfinite(worst) else "by no bound"
+        known = f"to {100 * worst:.2g} % of the sum at best" if worst < 1 else "by no bound of any use"
         return (
-            f"total: the truth adds up {self.truth.how}; what later bounces hold is known {known}, more than the "
-            f"tolerance of ±{100 * self.tolerance.of_image(0):.2g} %"
+            f"total: the truth adds up {self.truth.how}; what later bounces hold is known {known}, and a verdict needs "
+            f"it within the tolerance of ±{100 * self.tolerance.of_image(0):.2g} %"
         )
 
     def without(self, verdict: Verdict, message: str, log: Sequence[str] = ()) -> TotalResult:
@@ -250,6 +250,10 @@ class _One:
         widths = measured.biases.own.high - measured.biases.own.low
         half_known = bool((self.tail[0] > 0.5 * widths[0]).any())
         why = "the tail is not known well enough" if half_known else "its part of the budget was used up"
+        if not measured.enough:
+            return (
+                f"total: {why} after {measured.replicates} replicates, and a verdict needs {MIN_REPLICATES}"
+            )
         seen = float(measured.biases.resolution[0].max() + self.tolerance.of_image(0))
         return f"total: {why}; a bias could have been detected from {100 * seen:.2g} %"
 
