@@ -165,8 +165,8 @@ class _One:
         worst = max(image, tiles)
         known = f"to {100 * worst:.2g} % of the sum at best" if worst < 1 else "by no bound of any use"
         return (
-            f"total: the truth adds up {self.truth.how}; what later bounces hold is known {known}, and a verdict needs "
-            f"it within the tolerance of ±{100 * self.tolerance.of_image(0):.2g} %"
+            f"total: the truth adds up {self.truth.how}; what later bounces hold is known {known}, and must be "
+            f"within the tolerance of ±{100 * self.tolerance.of_image(0):.2g} %"
         )
 
     def without(self, verdict: Verdict, message: str, log: Sequence[str] = ()) -> TotalResult:
