@@ -89,7 +89,12 @@ class Series:
         if isinstance(case.answer, Formula):
             if case.answer.total is not None:
                 return cls._of_closed_form(truth, case.answer.total(case.scene))
-            return cls._of_formula(case, case.answer)
+            try:
+                return cls._of_formula(case, case.answer)
+            except Exception as error:  # somebody's own formula, which can't go on so far
+                last = truth.bounces
+                how = f"bounces 0 to {last}; its formula can say no more ({type(error).__name__}: {error})"
+                return cls._ended(truth.mean, truth.stderr, tail_bound(case.scene, last), how)
         whole = case.answer.all_bounces(case.scene) or truth
         later = case.answer.later(case.scene) if whole is not truth else None
         last = whole.bounces
