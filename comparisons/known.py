@@ -187,7 +187,8 @@ def declared_of_sum(
             sums[name] = sums.get(name, 0.0) + bias * float(share[names.index(name)])
     entry = next(iter(spoken.values()))
     bounces = ", ".join(map(str, sorted(spoken)[:6])) + (" …" if len(spoken) > 6 else "")
-    reason = f"What is declared of bounces {bounces} explains it. {entry.reason}"
+    noun = "bounce" if len(spoken) == 1 else "bounces"
+    reason = f"What is declared of {noun} {bounces} explains it."
     return DeclaredSum(sums, within, tile_within, reason, entry.link)
 
 

@@ -74,7 +74,7 @@ def _of_errors(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
 
 def _of_totals(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """Every bounce right, and their sum wrong: something that only the renderer's own defaults do."""
-    wrong = [c for c in comparisons if any(t.verdict == "fail" for t in c.totals)]
+    wrong = [c for c in comparisons if [t.verdict for t in c.totals] == ["fail"]]
     alone = [c for c in wrong if c.bounces and not any(b.verdict == "fail" for b in c.bounces)]
     if alone and len(alone) == len(wrong):
         text = (

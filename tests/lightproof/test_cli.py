@@ -394,3 +394,14 @@ def test_a_real_report_opens_in_a_browser(tmp_path: Path, open_report: Any) -> N
     assert "mitsuba" in text
     assert "known" in text
     assert page.locator(".plot canvas").count() > 0
+
+
+@pytest.mark.parametrize(("options", "totals"), [([], ["pass"]), (["--no-total"], [])])
+def test_the_total_can_be_left_out(options: list[str], totals: list[str], tmp_path: Path) -> None:
+    asked = ["furnace-box", "--renderer", "reference", "--bounces", "0", "--size", "8x8", "--tolerance", "5%"]
+    tiles = ["--tile-tolerance", "20%", "--jobs", "1", "--out", tmp_path / "out"]
+    found = invoke("validate", *asked, *tiles, *options)
+    assert found.exit_code == 0, found.output
+    [comparison] = json.loads((tmp_path / "out" / "results.json").read_text())["comparisons"]
+    assert [total["verdict"] for total in comparison["totals"]] == totals
+    assert ("total: the sum of all bounces" in found.output) == bool(totals)
