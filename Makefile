@@ -43,6 +43,8 @@ truth: $(INSTALLED)
 	$(BIN)/python -m comparisons.truth cornell-box --spp 131072
 	for name in cornell-box-empty facing-squares around-the-corner cornell-box-spectral; do \
 		$(BIN)/python -m comparisons.truth $$name || exit 1; done
+	for name in cornell-box cornell-box-empty facing-squares around-the-corner cornell-box-spectral; do \
+		$(BIN)/python -m comparisons.truth $$name --later || exit 1; done
 
 # those that are listed by themselves; BUDGET="--budget 2" for a look
 BUDGET ?= --budget 10

@@ -10,7 +10,7 @@ used its own. Where the truth is known up to a tail,
 so a pass holds for every truth in between, and so does a fail. A tail so long that nothing could pass is told
 beforehand: ``unsupported``.
 
-It takes up to a quarter of the case's budget, beside it. α is shared: the sum is one bounce more to be wrong about.
+It takes up to half of the case's budget, beside it. α is shared: the sum is one bounce more to be wrong about.
 
 A renderer that makes nothing but totals is held against Σ sᵏ TᵏE with every albedo times s, for several s: s = 0
 leaves E by itself.
@@ -45,7 +45,7 @@ from scenes.variations import darker
 
 Array = NDArray[np.float64]
 
-SHARE = 0.25
+SHARE = 0.5
 """Of the budget of the case, that the total gets beside it."""
 
 FIRST_LOOK = 0.5
