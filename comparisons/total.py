@@ -131,6 +131,7 @@ class Totalling:
             first_look=min(FIRST_LOOK, self.settings.first_look),
             least_spp=-(-LEAST_PATHS // (scene.sensor.height * scene.sensor.width)),
             deterministic=self.traits.deterministic,
+            spp_unit=self.traits.spp_unit,
         )
         try:
             sampler = Sampler(job, _Totals(self.crew), self.regions)

@@ -152,7 +152,7 @@ def show_rows(out: Console, rows: Sequence[Mapping[str, str]]) -> None:
     if out.width >= _TABLE_WIDTH:
         table = Table(box=None, pad_edge=False)
         for heading in rows[0]:
-            table.add_column(heading, no_wrap=heading == "name")
+            table.add_column(heading, no_wrap=heading in ("name", "installed"))
         for row in rows:
             table.add_row(*(value or "–" for value in row.values()))
         out.print(table)

@@ -191,7 +191,7 @@ def installed(form: str) -> str | None:
 def supports(form: str = "scalar_rgb") -> dict[str, Sequence[str]]:
     """What a form can express and do, in the words of ``scenes.features``; nothing is imported for that."""
     told = parse(f"{FAMILY}:{form}")
-    particles = told.integrator == "ptracer"
+    particles, direct = told.integrator == "ptracer", told.integrator == "direct"
     delta = () if particles else ("mirror", "dielectric", "conductor")
     rough = ("rough_conductor", "rough_dielectric", "blend")
     pictures = () if told.spectral else ("image texture",)
@@ -202,7 +202,7 @@ def supports(form: str = "scalar_rgb") -> dict[str, Sequence[str]]:
         "materials": ("lambertian", "checkerboard texture", *pictures, *delta, *rough),
         "lights": ("area", "polar_range", "point", "spot", "directional", *skies),
         "sensors": ("pinhole", "thin_lens", *meters),
-        "bounces": ("0", "1") if told.integrator == "direct" else ("each", "total"),
+        "images": ("bounces 0 and 1", "first hits") if direct else ("bounces", "total", "first hits"),
         "seed": ("yes",),
     }
 

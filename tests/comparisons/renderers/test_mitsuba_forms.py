@@ -282,7 +282,7 @@ def test_what_forms_support() -> None:
     particles = supports("llvm_ad_rgb:ptracer")
     assert not {"mirror", "dielectric", "conductor"} & set(particles["materials"])
     assert particles["sensors"] == ("pinhole", "thin_lens")
-    assert supports("scalar_rgb:direct")["bounces"] == ("0", "1")
+    assert supports("scalar_rgb:direct")["images"][0] == "bounces 0 and 1"
     # what no case has, but scenes may have
     rare = {"checkerboard texture", "two_sided", "thin_lens", "radiance_meter"}
     known = {name for case in library.CASES for name in features(library.case(case).scene)} | rare
