@@ -196,13 +196,14 @@ def supports(form: str = "scalar_rgb") -> dict[str, Sequence[str]]:
     rough = ("rough_conductor", "rough_dielectric", "blend")
     pictures = () if told.spectral else ("image texture",)
     skies = ("constant",) if told.spectral else ("constant", "environment_map")
+    images = ("bounces 0 and 1",) if told.integrator == "direct" else ("bounces", "total")
     meters = () if particles else ("orthographic", "radiance_meter")
     return {
-        "shapes": ("quad", "disk", "sphere", "mesh", "inward", "shading normals", "two_sided"),
+        "shapes": ("quad", "disk", "sphere", "mesh"),
         "materials": ("lambertian", "checkerboard texture", *pictures, *delta, *rough),
-        "lights": ("area", "polar_range", "point", "spot", "directional", *skies),
+        "lights": ("area", "point", "spot", "directional", *skies),
         "sensors": ("pinhole", "thin_lens", *meters),
-        "bounces": ("0", "1") if told.integrator == "direct" else ("each", "total"),
+        "images": (*images, "first hits"),
         "seed": ("yes",),
     }
 

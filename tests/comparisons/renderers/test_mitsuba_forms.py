@@ -299,9 +299,9 @@ def test_what_forms_support() -> None:
     particles = supports("llvm_ad_rgb:ptracer")
     assert not {"mirror", "dielectric", "conductor"} & set(particles["materials"])
     assert particles["sensors"] == ("pinhole", "thin_lens")
-    assert supports("scalar_rgb:direct")["bounces"] == ("0", "1")
+    assert supports("scalar_rgb:direct")["images"] == ("bounces 0 and 1", "first hits")
     # what no case has, but scenes may have
-    rare = {"checkerboard texture", "two_sided", "thin_lens", "radiance_meter"}
+    rare = {"checkerboard texture", "thin_lens", "radiance_meter"}
     known = {name for case in library.CASES for name in features(library.case(case).scene)} | rare
     for kind in ("shapes", "materials", "lights", "sensors"):
         assert set(everything[kind]) <= known, "words of another vocabulary"
