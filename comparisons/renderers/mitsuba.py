@@ -191,18 +191,19 @@ def installed(form: str) -> str | None:
 def supports(form: str = "scalar_rgb") -> dict[str, Sequence[str]]:
     """What a form can express and do, in the words of ``scenes.features``; nothing is imported for that."""
     told = parse(f"{FAMILY}:{form}")
-    particles, direct = told.integrator == "ptracer", told.integrator == "direct"
+    particles = told.integrator == "ptracer"
     delta = () if particles else ("mirror", "dielectric", "conductor")
     rough = ("rough_conductor", "rough_dielectric", "blend")
     pictures = () if told.spectral else ("image texture",)
     skies = ("constant",) if told.spectral else ("constant", "environment_map")
+    images = ("bounces 0 and 1",) if told.integrator == "direct" else ("bounces", "total")
     meters = () if particles else ("orthographic", "radiance_meter")
     return {
-        "shapes": ("quad", "disk", "sphere", "mesh", "inward", "shading normals", "two_sided"),
+        "shapes": ("quad", "disk", "sphere", "mesh"),
         "materials": ("lambertian", "checkerboard texture", *pictures, *delta, *rough),
-        "lights": ("area", "polar_range", "point", "spot", "directional", *skies),
+        "lights": ("area", "point", "spot", "directional", *skies),
         "sensors": ("pinhole", "thin_lens", *meters),
-        "images": ("bounces 0 and 1", "first hits") if direct else ("bounces", "total", "first hits"),
+        "images": (*images, "first hits"),
         "seed": ("yes",),
     }
 

@@ -168,3 +168,8 @@ def shown() -> tuple[Form, ...]:
     """The forms that are worth a line in a list: each integrator in each variant, and each sampler with ``path``."""
     forms = [Form(v, i) for v in VARIANTS for i in INTEGRATORS if i != "prb" or not v.startswith("scalar")]
     return (*forms, *(Form(v, "path", s) for v in VARIANTS for s in SAMPLERS if s != "independent"))
+
+
+def shown_names() -> tuple[str, ...]:
+    """Their full names."""
+    return tuple(form.name for form in shown())

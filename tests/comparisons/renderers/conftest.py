@@ -1,22 +1,19 @@
-"""Renderers from a configuration of the test's own, none of which may leave anything behind; forms of Mitsuba."""
+"""Renderers from a configuration of the test's own; none of them may leave anything behind."""
 
 from __future__ import annotations
 
 import json
-import os
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from comparisons.renderers import RendererFailed, config, limits
-from comparisons.renderers.mitsuba import MitsubaRenderer
+from comparisons.renderers import config, limits
 from comparisons.renderers.process import RendererProcess
 
 PROGRAM = Path(__file__).with_name("program.py")
@@ -91,19 +88,3 @@ def spotless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callab
         time.sleep(0.05)
     assert not running()
     assert not list(folder.iterdir())
-
-
-@pytest.fixture(scope="session")
-def mitsuba_form() -> Callable[[str], MitsubaRenderer]:
-    """``mitsuba_form("llvm_ad_rgb:prb")``; skips where a compiled variant has no LLVM, which CI has to have."""
-
-    @cache
-    def made(form: str) -> MitsubaRenderer:
-        try:
-            return MitsubaRenderer(form)
-        except RendererFailed as error:
-            if os.environ.get("CI") == "true":
-                raise
-            pytest.skip(str(error))
-
-    return made

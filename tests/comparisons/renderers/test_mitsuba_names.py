@@ -16,6 +16,7 @@ from comparisons.renderers.mitsuba_names import (
     full_name,
     parse,
     shown,
+    shown_names,
     spelled_out,
 )
 from scenes import UnknownNameError
@@ -54,7 +55,7 @@ def test_every_form_comes_back_from_its_name() -> None:
 
 
 def test_the_list_has_every_integrator_in_every_variant_and_every_sampler() -> None:
-    names = [form.name for form in shown()]
+    names = shown_names()
     assert len(set(names)) == len(names)
     for form in (Form("llvm_ad_rgb", "prb"), Form("scalar_spectral", "ptracer"), Form(sampler="ldsampler")):
         assert form.name in names

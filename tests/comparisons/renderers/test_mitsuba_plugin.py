@@ -161,7 +161,7 @@ def test_what_is_known_before_it_is_loaded() -> None:
     )
     assert (known.last_bounce, known.spp_unit) == (1, 4)
     assert msgspec.json.decode(known.argument, type=MitsubaPlugin) == msgspec.convert(table, MitsubaPlugin)
-    assert supports(known.argument)["images"][0] == "bounces 0 and 1"
+    assert supports(known.argument)["images"] == ("bounces 0 and 1", "first hits")
 
 
 @pytest.mark.parametrize(
