@@ -4,7 +4,7 @@ The renderer is asked for the ray through the centre of each pixel, and held aga
 ``scenes.first_hit``. There are no samples and no statistics: each pixel agrees or it does not. Renderers compute in
 single precision, so distances may differ by 10⁻⁴ of themselves and normals by 10⁻³; besides, by as much as they
 change within a hundredth of a pixel. Where another surface begins within that, the pixel lies on an edge and is left
-out.
+out. A renderer that can't tell normals returns (0, 0, 0): there they are not judged, and the verdict says so.
 """
 
 from __future__ import annotations
@@ -63,12 +63,14 @@ def _told(scene: Scene, found: Hits) -> Told:
     exact, (height, width, _) = expected.hits, scene.shape
     distance, normal, surface = found[0], found[1:4], found[4].astype(int)
     there = exact.surface != NOTHING
+    silent = there & ~normal.any(axis=0)
     turned = np.where(_sides(scene, exact.surface) & ((normal * exact.normal).sum(axis=0) < 0), -1, 1)
     with np.errstate(invalid="ignore"):
         wrong = {
             "another surface": surface != exact.surface,
             "another distance": there & ~(np.abs(distance - exact.distance) <= expected.distance),
             "another normal": there
+            & ~silent
             & ~(np.linalg.norm(turned * normal - exact.normal, axis=0) <= expected.normal),
         }
     clear = int(expected.clear.sum())
@@ -85,7 +87,8 @@ def _told(scene: Scene, found: Hits) -> Told:
             return Told("fail", message)
     if not (there & expected.clear).any():
         return Told("inconclusive", "no pixel sees a surface away from its edges")
-    return Told("pass", f"{clear} of {height * width} pixels agree; the others lie on edges")
+    untold = f"; {count} normals were not told" if (count := int((silent & expected.clear).sum())) else ""
+    return Told("pass", f"{clear} of {height * width} pixels agree; the others lie on edges{untold}")
 
 
 def _sides(scene: Scene, surface: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -98,6 +101,8 @@ def _described(scene: Scene, distance: float, normal: Array, surface: int) -> st
     if surface == NOTHING:
         return "nothing"
     name = scene.surfaces[surface].name if 0 <= surface < len(scene.surfaces) else f"surface {surface}"
+    if not normal.any():
+        return f"{name} at {distance:.6g}"
     x, y, z = normal
     return f"{name} at {distance:.6g} with normal ({x:.4f}, {y:.4f}, {z:.4f})"
 

@@ -88,7 +88,8 @@ class SeesFirstHits(Protocol):
         Returns:
             ``(5, height · width)``, row by row: distance along the ray from where it leaves the sensor, inf where
             there is nothing; unit normal of the shape, not of shading, x, y, z, on the front, or on either side
-            where both reflect; index of the surface in the scene, −1 where there is none.
+            where both reflect, and (0, 0, 0) from who can't tell; index of the surface in the scene, −1 where there
+            is none.
 
         Raises:
             Unsupported: naming the feature that is missing.

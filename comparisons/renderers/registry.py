@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from comparisons.renderers import config
+from comparisons.renderers import config, opengl_platform
 from comparisons.renderers.config import ConfigError
 from comparisons.renderers.entry import Entry
 from comparisons.renderers.mitsuba_names import entry_of, full_name, shown
@@ -43,6 +43,15 @@ RENDERERS: Mapping[str, Entry] = MappingProxyType(
         "reference:nee": _reference("nee", ": next event alone"),
         "reference:bsdf": _reference("bsdf", ": emission found by chance"),
         **{name: entry for name in ("mitsuba:scalar_rgb",) if (entry := entry_of(name))},
+        "pyrender": Entry(
+            "OpenGL by pyrender: a witness for what is visible, how far away, and what it emits",
+            "opengl",
+            "PyrenderRenderer",
+            package="pyrender",
+            deterministic=True,
+            last_bounce=0,
+            install=opengl_platform.INSTALL,
+        ),
     }
 )
 

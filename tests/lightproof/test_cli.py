@@ -218,7 +218,7 @@ def test_a_package_that_is_not_installed_is_no_reason_to_lose_the_run(
         return version(package)
 
     monkeypatch.setattr("lightproof.validate.version", missing)
-    monkeypatch.setattr("comparisons.renderers.registry.version", missing)
+    monkeypatch.setattr("comparisons.renderers.mitsuba.version", missing)
     assert validate(tmp_path, "furnace-sphere", "--renderer", "reference").exit_code == 0
     document = json.loads((tmp_path / "out" / "results.json").read_bytes())
     assert document["provenance"]["versions"]["mitsuba"] is None
