@@ -5,6 +5,7 @@
 # make bench      how fast, beside Mitsuba 3, in four minutes on an idle machine; ARGS=--json for programs
 # make calibrate  how often verdicts are wrong, and what they resolve: an hour; ARGS="--part mitsuba" for a part
 # make truth     the committed data of the cases anew, in about twenty minutes
+# make verdicts  docs/verdicts.md: every form of every renderer on every case; some hours
 # make schema     results.schema.json and scene.schema.json from the code
 # make pins       constraints.txt from what is installed
 
@@ -14,7 +15,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 INSTALLED_DEV := $(VENV)/.installed-dev
 
-.PHONY: validate test test-all check bench calibrate truth schema pins clean
+.PHONY: validate test test-all check bench calibrate truth verdicts schema pins clean
 
 validate: $(INSTALLED)
 	@$(BIN)/lightproof validate $(ARGS)
@@ -24,7 +25,7 @@ test: $(INSTALLED_DEV)
 
 test-all: test
 	@# ends with 4, inconclusive, where a case says why ±0.2 % takes longer; a fail is 1
-	$(BIN)/lightproof validate --all --renderer reference:mis:sobol --tolerance 0.2% --budget 120
+	$(BIN)/lightproof validate --all --renderer reference:mis:sobol --tolerance 0.2% --budget 120 --no-total
 
 check: $(INSTALLED_DEV)
 	$(BIN)/ruff format --check .
@@ -42,6 +43,15 @@ truth: $(INSTALLED)
 	$(BIN)/python -m comparisons.truth cornell-box --spp 131072
 	for name in cornell-box-empty facing-squares around-the-corner cornell-box-spectral; do \
 		$(BIN)/python -m comparisons.truth $$name || exit 1; done
+	for name in cornell-box cornell-box-empty facing-squares around-the-corner cornell-box-spectral; do \
+		$(BIN)/python -m comparisons.truth $$name --later || exit 1; done
+
+# those that are listed by themselves; BUDGET="--budget 2" for a look
+BUDGET ?= --budget 10
+verdicts: $(INSTALLED_DEV)
+	for name in $$($(BIN)/python docs/verdicts.py --names); do \
+		$(BIN)/lightproof validate --all --renderer $$name $(BUDGET) --out build/verdicts/$$name; done; true
+	$(BIN)/python docs/verdicts.py build/verdicts/*
 
 schema: $(INSTALLED_DEV)
 	$(BIN)/python -m comparisons.results

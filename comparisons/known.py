@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import NDArray
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 
-from comparisons.renderers import RENDERERS, canonical
+from comparisons.renderers import RENDERERS, ConfigError, canonical
 from comparisons.renderers.mitsuba_names import shown, spelled_out
 from scenes import Tolerance
 from scenes.library import CASES
@@ -187,7 +187,8 @@ def declared_of_sum(
             sums[name] = sums.get(name, 0.0) + bias * float(share[names.index(name)])
     entry = next(iter(spoken.values()))
     bounces = ", ".join(map(str, sorted(spoken)[:6])) + (" …" if len(spoken) > 6 else "")
-    reason = f"What is declared of bounces {bounces} explains it. {entry.reason}"
+    noun = "bounce" if len(spoken) == 1 else "bounces"
+    reason = f"What is declared of {noun} {bounces} explains it."
     return DeclaredSum(sums, within, tile_within, reason, entry.link)
 
 
@@ -220,7 +221,7 @@ def load(path: Path) -> list[Deviation]:
                 look_up("relation", entry.relation, RELATIONS)
                 look_up("scene", entry.case, {**CASES, **STAGES})
             _check_renderers(entry)
-        except UnknownNameError as error:
+        except (UnknownNameError, ConfigError) as error:
             raise KnownError(f"{path}: deviation[{i}]: {error}") from error
     return entries
 

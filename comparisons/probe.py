@@ -70,6 +70,13 @@ class Probe:
             return type(error)(f"{error} ({asked})", error.log)
         if one.any() and np.array_equal(one, other):
             what = "the total" if of_total else "bounces 1 and 2"
+            if not traits(name).seeded:
+                return RendererFailed(
+                    "takes no seed (seed = false), and gives the same image of a scene that is noisy each time "
+                    f"({what} of the Cornell box, one sample per pixel), so its noise can't be told from a "
+                    "deviation. What's missing: {seed} in its command or its environment, or noise of its own that "
+                    "differs from call to call; one without any noise says deterministic = true"
+                )
             return RendererFailed(
                 f"takes no notice of its seed: seeds {_SEEDS[0]} and {_SEEDS[1]} give the same image of a scene "
                 f"that is noisy ({what} of the Cornell box, one sample per pixel), so its noise can't be "

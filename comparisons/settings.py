@@ -30,7 +30,7 @@ class Settings:
         early_stop: whether to stop as soon as every bounce is decided; if not, there is one look, at the end of
             the budget.
         first_look: seconds that the least number of replicates should take; less, for less.
-        total: whether to hold the renderer's own sum of all bounces against the truth, too; it gets a quarter of the
+        total: whether to hold the renderer's own sum of all bounces against the truth, too; it gets half of the
             budget, beside it.
     """
 

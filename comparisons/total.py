@@ -10,7 +10,7 @@ used its own. Where the truth is known up to a tail,
 so a pass holds for every truth in between, and so does a fail. A tail so long that nothing could pass is told
 beforehand: ``unsupported``.
 
-It takes up to a quarter of the case's budget, beside it. α is shared: the sum is one bounce more to be wrong about.
+It takes up to half of the case's budget, beside it. α is shared: the sum is one bounce more to be wrong about.
 
 A renderer that makes nothing but totals is held against Σ sᵏ TᵏE with every albedo times s, for several s: s = 0
 leaves E by itself.
@@ -18,19 +18,21 @@ leaves E by itself.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from comparisons.crew import Crew
 from comparisons.known import Deviation, declared_of_sum
 from comparisons.regions import Regions
 from comparisons.renderers import Entry, Images, RendererError, Unsupported
 from comparisons.results import Look, TotalResult, Verdict
-from comparisons.sequential import Job, Sampler, first_seed
+from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Settings
 from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Biases, Means, Range, biases, denominators
@@ -43,14 +45,16 @@ from scenes.variations import darker
 
 Array = NDArray[np.float64]
 
-SHARE = 0.25
+SHARE = 0.5
 """Of the budget of the case, that the total gets beside it."""
 
 FIRST_LOOK = 0.5
 """Seconds that its first look should take: the sum has less noise than its terms."""
 
-LEAST_SPP = 4
-"""Of a replicate: the longest walks take as long for one sample as for some."""
+LEAST_PATHS = 4096
+"""Of a replicate: the longest walks take as long for a few paths as for some thousand."""
+
+_LUCK = 1.5  # standard errors that the bias of a right renderer seldom exceeds
 
 SCALES = (0.25, 0.5, 0.75, 1.0)
 """Of all albedos, for a renderer that makes nothing but totals; and 0, which leaves bounce 0."""
@@ -125,8 +129,9 @@ class Totalling:
             SHARE * self.settings.budget if budget is None else budget,
             self.show,
             first_look=min(FIRST_LOOK, self.settings.first_look),
-            least_spp=LEAST_SPP,
+            least_spp=-(-LEAST_PATHS // (scene.sensor.height * scene.sensor.width)),
             deterministic=self.traits.deterministic,
+            spp_unit=self.traits.spp_unit,
         )
         try:
             sampler = Sampler(job, _Totals(self.crew), self.regions)
@@ -159,10 +164,10 @@ class _One:
         if image <= self.tolerance.of_image(0) and tiles <= self.tolerance.of_tile(0):
             return ""
         worst = max(image, tiles)
-        known = f"to {100 * worst:.2g} % of the sum at best" if np.isfinite(worst) else "by no bound"
+        known = f"to {100 * worst:.2g} % of the sum at best" if worst < 1 else "by no bound of any use"
         return (
-            f"total: the truth adds up {self.truth.how}; what later bounces hold is known {known}, more than the "
-            f"tolerance of ±{100 * self.tolerance.of_image(0):.2g} %"
+            f"total: the truth adds up {self.truth.how}; what later bounces hold is known {known}, and must be "
+            f"within the tolerance of ±{100 * self.tolerance.of_image(0):.2g} %"
         )
 
     def without(self, verdict: Verdict, message: str, log: Sequence[str] = ()) -> TotalResult:
@@ -172,11 +177,11 @@ class _One:
         )
 
     def judged(self, sampler: Sampler) -> TotalResult:
-        """Sample and look, each time after about twice as long, until there is a verdict or the budget is used up."""
-        settings, looks, count = self.of.settings, list[Look](), sampler.enough
+        """Sample and look until there is a verdict or the budget is used up."""
+        settings, looks, more = self.of.settings, list[Look](), sampler.enough
         while True:
-            sampler.draw([0], count)
-            count = sampler.pixels[0].count
+            sampler.draw([0], more)
+            count = more = sampler.pixels[0].count
             if not (settings.early_stop or sampler.exhausted or self.of.traits.deterministic):
                 continue
             look = len(looks) + 1
@@ -202,6 +207,16 @@ class _One:
                     scale=self.scale,
                     truth=self.truth.how,
                 )
+            more = math.ceil(count * self._longer(measured, look + 1))
+
+    def _longer(self, measured: Measured, look: int) -> float:
+        """Which share of the samples so far is to be added: what makes a right renderer pass, at most all of it."""
+        found, tile = measured.biases, self.tolerance.of_tile(0)
+        tolerances = np.array([[self.tolerance.of_image(0)]] + [[tile]] * (len(found.bias) - 1))
+        q = float(stats.norm.isf(self.of.settings.alpha_of(look) / 2))
+        noise = float(np.max((found.own.high - found.own.low) / 2 / tolerances))
+        times = ((1 + _LUCK / q) * noise) ** 2
+        return 1.0 if times < 1 else float(np.clip(times - 1, 0.25, 1.0))
 
     def _measured(self, sampler: Sampler, look: int) -> Measured:
         replicates = sampler.regions[0]
@@ -236,6 +251,10 @@ class _One:
         widths = measured.biases.own.high - measured.biases.own.low
         half_known = bool((self.tail[0] > 0.5 * widths[0]).any())
         why = "the tail is not known well enough" if half_known else "its part of the budget was used up"
+        if not measured.enough:
+            return (
+                f"total: {why} after {measured.replicates} replicates, and a verdict needs {MIN_REPLICATES}"
+            )
         seen = float(measured.biases.resolution[0].max() + self.tolerance.of_image(0))
         return f"total: {why}; a bias could have been detected from {100 * seen:.2g} %"
 

@@ -89,7 +89,12 @@ class Series:
         if isinstance(case.answer, Formula):
             if case.answer.total is not None:
                 return cls._of_closed_form(truth, case.answer.total(case.scene))
-            return cls._of_formula(case, case.answer)
+            try:
+                return cls._of_formula(case, case.answer)
+            except Exception as error:  # somebody's own formula, which can't go on so far
+                last = truth.bounces
+                how = f"bounces 0 to {last}; its formula can say no more ({type(error).__name__}: {error})"
+                return cls._ended(truth.mean, truth.stderr, tail_bound(case.scene, last), how)
         whole = case.answer.all_bounces(case.scene) or truth
         later = case.answer.later(case.scene) if whole is not truth else None
         last = whole.bounces
@@ -123,7 +128,7 @@ class Series:
             if last >= LEAST and share <= NEGLIGIBLE:
                 bound = np.minimum(bound, 2 * rest.light.max(axis=0))
                 return cls._ended(
-                    terms, np.zeros_like(terms), bound, f"bounces 0 to {last}, which have died away"
+                    terms, np.zeros_like(terms), bound, f"bounces 0 to {last}, by when they have died away"
                 )
             if last == end:
                 how = f"bounces 0 to {last}, " + (

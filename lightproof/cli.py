@@ -215,7 +215,10 @@ def list_(
     if as_json:
         typer.echo(json.dumps(rows, indent=2, ensure_ascii=False))
         return
-    terminal.show_rows(terminal.console(), listing.table(rows))
+    if what == "renderers":
+        listing.show_renderers(terminal.console(), rows)
+    else:
+        terminal.show_rows(terminal.console(), listing.table(rows))
 
 
 @app.command()

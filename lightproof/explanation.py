@@ -10,6 +10,7 @@ from rich.console import Console
 
 from comparisons.results import BounceResult, Comparison, Results, TileResult
 from comparisons.sequential import MIN_REPLICATES
+from comparisons.total import SHARE
 from lightproof.terminal import show_verdicts
 from reports.plain import plain
 from reports.quantities import percent
@@ -65,11 +66,14 @@ def needed(comparison: Comparison) -> str:
     its half, and the noise of its middle, fit in there.
     """
     undecided = [b for b in comparison.bounces if b.verdict == "inconclusive"]
+    totals = [t for t in comparison.totals if t.result and t.verdict == "inconclusive"]
+    spent = max([comparison.seconds if undecided else 0.0, *(t.seconds / SHARE for t in totals)])
+    undecided += [t.result for t in totals if t.result]
     if not undecided:
         return ""
     replicates = min(b.replicates for b in undecided)
     if replicates < MIN_REPLICATES:  # too few for any forecast
-        seconds = 2 * comparison.seconds * MIN_REPLICATES / replicates
+        seconds = 2 * spent * MIN_REPLICATES / replicates
         return f"A verdict needs a budget of at least {_rounded(seconds):g} s"
     tiles = [b.worst_tile.detectable_bias - b.tile_tolerance for b in undecided]  # their resolutions
     ratios = [_NOISE * _half(b) / b.tolerance for b in undecided]
@@ -78,12 +82,12 @@ def needed(comparison: Comparison) -> str:
     tile = _MARGIN * max(
         max(resolution, _reach(b.worst_tile)) for resolution, b in zip(tiles, undecided, strict=True)
     )
-    image = max(image, *(b.tolerance for b in comparison.bounces))
-    tile = max(tile, *(b.tile_tolerance for b in comparison.bounces))
+    image = max(image, *(b.tolerance for b in (*comparison.bounces, *undecided)))
+    tile = max(tile, *(b.tile_tolerance for b in (*comparison.bounces, *undecided)))
     tolerances = f"a tolerance of {percent(image)}, and {percent(tile)} for tiles"
     if _MARGIN * max(ratios) < 1:
         return f"A renderer without bias would have passed by now; this one should with {tolerances}"
-    seconds = comparison.seconds * (_MARGIN * max(ratios)) ** 2
+    seconds = spent * (_MARGIN * max(ratios)) ** 2
     return (
         f"A renderer without bias should pass with a budget of {_rounded(seconds):g} s, or with {tolerances}"
     )

@@ -116,7 +116,7 @@ Total = Annotated[
     typer.Option(
         "--total/--no-total",
         help="Also hold each renderer's own sum of all bounces, by its defaults (unlimited depth, Russian roulette), "
-        "against the truth; takes up to a quarter of the budget more.",
+        "against the truth; takes up to half of the budget more.",
     ),
 ]
 Size = Annotated[str | None, typer.Option("--size", metavar="WxH", help="Resolution. Default: the case's.")]

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import typer
 
-from comparisons.renderers import canonical
+from comparisons.renderers import ConfigError, canonical
 from lightproof.choice import several_cases
 from lightproof.parameters import percents, size
 from scenes import Case, UnknownNameError, library
@@ -45,7 +45,7 @@ class Cases:
         except typer.BadParameter as error:
             hint = str(error.param_hint).lower().lstrip("-")  # as the command calls its own option
             raise pytest.UsageError(f"--lightproof-{hint}: {error.message}") from None
-        except UnknownNameError as error:
+        except (UnknownNameError, ConfigError) as error:
             raise pytest.UsageError(str(error)) from None
         if config.args_source is not pytest.Config.ArgsSource.ARGS and _asked_on_the_command_line(config):
             config.args = []

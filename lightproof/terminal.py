@@ -133,9 +133,7 @@ def show_verdicts(out: Console, outcome: Results) -> None:
         _show(out, ("relation", "scene", "renderer"), claims)
     results: list[Comparison | RelationResult] = [*outcome.comparisons, *outcome.relations]
     if any(result.bounces for result in results):
-        caption = _caption(
-            any(r.bounces for r in outcome.relations), any(c.totals for c in outcome.comparisons)
-        )
+        caption = _caption(any(r.bounces for r in outcome.relations), any(map(_totals, outcome.comparisons)))
         out.print(caption, soft_wrap=True)
     for diagnosis in outcome.diagnoses:
         out.print(
@@ -154,7 +152,7 @@ def show_rows(out: Console, rows: Sequence[Mapping[str, str]]) -> None:
     if out.width >= _TABLE_WIDTH:
         table = Table(box=None, pad_edge=False)
         for heading in rows[0]:
-            table.add_column(heading, no_wrap=heading == "name")
+            table.add_column(heading, no_wrap=heading in ("name", "installed"))
         for row in rows:
             table.add_row(*(value or "–" for value in row.values()))
         out.print(table)

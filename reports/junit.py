@@ -91,8 +91,9 @@ def _judge_total(test: Any, total: TotalResult, comparison: Comparison) -> None:
     elif total.verdict == "unsupported":
         test.result = Skipped(plain(total.message), "unsupported")
     else:
-        test.result = Error(plain(total.message), "renderer")
-        test.result.text = plain("\n".join(total.log))
+        error = Error(plain(total.message), "renderer")
+        error.text = plain("\n".join(total.log))
+        test.result = error
 
 
 def _declared(bounce: BounceResult) -> str:

@@ -71,6 +71,12 @@ def darker(scene: Scene, factor: float) -> Scene:
     return _replace(scene, surfaces=surfaces)
 
 
+def black(scene: Scene) -> Scene:
+    """The scene in which nothing reflects: R = 0, so that E is all its light; any material can be that."""
+    none = Lambertian((0.0,) * scene.channels)
+    return _replace(scene, surfaces=tuple(_replace(s, material=none) for s in scene.surfaces))
+
+
 def _darker(material: Material, factor: float, place: str) -> Material:
     match material:
         case Lambertian() | Mirror():

@@ -74,7 +74,7 @@ def _of_errors(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
 
 def _of_totals(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """Every bounce right, and their sum wrong: something that only the renderer's own defaults do."""
-    wrong = [c for c in comparisons if any(t.verdict == "fail" for t in c.totals)]
+    wrong = [c for c in comparisons if [t.verdict for t in c.totals] == ["fail"]]
     alone = [c for c in wrong if c.bounces and not any(b.verdict == "fail" for b in c.bounces)]
     if alone and len(alone) == len(wrong):
         text = (
@@ -261,4 +261,6 @@ def _of_relations(relations: Sequence[RelationResult]) -> Iterator[Clue]:
         if result.verdict == "fail" and result.relation not in said:
             said.add(result.relation)
             weights = told.get(result.relation) or tables.RELATIONS.get(result.operator, {})
+            if result.relation == "first-hits" and result.operator == "sensor":
+                weights = tables.OTHER_CAMERA
             yield Clue(f"{result.relation} ({result.scene}): {result.message or result.statement}", weights)

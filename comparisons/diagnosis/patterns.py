@@ -122,9 +122,18 @@ def _shift(bounces: Sequence[BounceResult]) -> int:
         first = bounces[0]
         if first.truth_mean > 0 and first.verdict != "fail":
             return 0
+        if shift == 1 and len(bounces) > 2 and _is_sum(first, bounces[1]):
+            pairs = pairs[1:]  # sums that end one bounce late: the first of them is E + TE
         if len(pairs) >= 2 and all(_is_light_of(b, other) for b, other in pairs):
             return shift
     return 0
+
+
+def _is_sum(b: BounceResult, other: BounceResult) -> bool:
+    """Whether it has the light of the other one besides its own."""
+    noise = 4 * b.standard_error * b.denominator
+    both = b.truth_mean + other.truth_mean
+    return other.truth_mean > noise and abs(b.mean - both) <= noise + 0.02 * both
 
 
 def _is_light_of(b: BounceResult, other: BounceResult) -> bool:

@@ -94,6 +94,7 @@ RELATIONS: Mapping[str, Weights] = {
     "sensor": {"sensor": 2.0},
     "estimator": {"estimator": 2.0},
 }
+OTHER_CAMERA: Weights = {"sensor": 7.0}
 SCALING: Weights = {"G": 5.0}  # no other operator knows what a length is
 PARTIAL_SUMS: Weights = {"series": 7.0}
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons.relations.other_camera import other_camera
 from comparisons.relations.relation import Exact, NotApplicableError, Relation, Told
 from comparisons.renderers import Hits
 from scenes import IrradianceMeter, Scene
@@ -80,10 +81,10 @@ def _told(scene: Scene, found: Hits) -> Told:
             seen = _described(scene, distance[i], normal[:, i], surface[i])
             right = _described(scene, exact.distance[i], exact.normal[:, i], exact.surface[i])
             place = f"the first in row {row}, column {column}"
-            return Told(
-                "fail",
-                f"{len(pixels)} of {clear} pixels have {what}, {place}: {seen}, expected {right}",
-            )
+            message = f"{len(pixels)} of {clear} pixels have {what}, {place}: {seen}, expected {right}"
+            if camera := other_camera(scene, found):
+                return Told("fail", f"{message}; {camera}", "sensor")
+            return Told("fail", message)
     if not (there & expected.clear).any():
         return Told("inconclusive", "no pixel sees a surface away from its edges")
     untold = f"; {count} normals were not told" if (count := int((silent & expected.clear).sum())) else ""

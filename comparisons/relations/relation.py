@@ -86,10 +86,15 @@ class Witness(Protocol):
 
 @dataclass(frozen=True)
 class Told:
-    """What one look has decided, and why."""
+    """What one look has decided, and why.
+
+    Attributes:
+        operator: which one is at fault, where that is another than the relation tests first.
+    """
 
     verdict: Literal["pass", "fail", "inconclusive"]
     message: str
+    operator: Operator | None = None
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from comparisons.crew import Crew as Processes
 from comparisons.in_process import InProcess
@@ -176,7 +177,8 @@ class _Trying:
                 return self._failed(claim.label, complaint, 0.0) if complaint else self._compare(claim)
             told = claim.look(_Asked(self.crew, self.name, self.budget))
             seconds = time.monotonic() - start
-            return self._result(claim.label, seconds, verdict=told.verdict, message=told.message)
+            result = self._result(claim.label, seconds, verdict=told.verdict, message=told.message)
+            return replace(result, operator=told.operator) if told.operator else result
         except RendererError as error:
             return self._failed(claim.label, error, time.monotonic() - start)
 

@@ -19,6 +19,7 @@ needs no independence; how noisy it is, replicates tell.
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Sequence
 from functools import lru_cache
@@ -32,11 +33,12 @@ from numpy.typing import NDArray
 from comparisons.renderers import pictures, placeholders, program
 from comparisons.renderers.keys import Command
 from comparisons.renderers.protocol import Images, RendererFailed, Unsupported
-from scenes import Lambertian, Scene
+from scenes import Scene
 from scenes.formats.export import Export, Source, UnsupportedFeatureError
 from scenes.formats.exporters import EXPORTERS, SUFFIXES
 from scenes.formats.finished import Finished
 from scenes.formats.support import expressible
+from scenes.variations import black
 
 Array = NDArray[np.float64]
 
@@ -47,6 +49,7 @@ _COARSE = 2.0**-20
 """Relative rounding beyond which a difference of two images is no bounce: 16-bit floats, RGBE."""
 
 _VERSION_TIMEOUT = 10.0
+_NUMBER = re.compile(r"\d+(?:\.\d+)+[\w.+-]*")
 
 
 def supports(argument: str) -> dict[str, Sequence[str]]:
@@ -59,12 +62,12 @@ def supports(argument: str) -> dict[str, Sequence[str]]:
     return {**expressible(keys.scene), "images": images, "seed": seed}
 
 
-def installed(argument: str) -> str | None:
-    """Its version, as its configuration says or asks; None where there is no such program here."""
+def installed(argument: str, folder: Path) -> str | None:
+    """Its version, as its configuration in that folder says or asks; None where there is no such program."""
     keys = msgspec.json.decode(argument, type=Command)
     try:
-        program.executable(keys.command[0], Path.cwd())
-        return _version(keys)
+        program.executable(keys.command[0], folder)
+        return _version(keys, folder)
     except RendererFailed:
         return None
 
@@ -79,7 +82,7 @@ class CommandRenderer:
 
     def version(self) -> str:
         """As the configuration says or asks."""
-        return _version(self._keys)
+        return _version(self._keys, self._folder)
 
     def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
         """By calls of the program; see the protocol."""
@@ -91,7 +94,7 @@ class CommandRenderer:
             case "total":
                 if max(bounces) > 0:
                     raise Unsupported('per-bounce images: it has no control of depth (images = "total")')
-                return self._sum(_black(scene), ENDLESS, spp, _drawn(seed), self._keys.command).images
+                return self._sum(black(scene), ENDLESS, spp, _drawn(seed), self._keys.command).images
 
     def total(self, scene: Scene, spp: int, seed: int) -> Array:
         """The sum of all bounces, as its users render it; see the protocol."""
@@ -171,13 +174,6 @@ def _drawn(*key: int) -> int:
     return int(np.random.SeedSequence(key).generate_state(1)[0] >> 1)
 
 
-def _black(scene: Scene) -> Scene:
-    """The scene in which nothing reflects: R = 0, and E and G as they are."""
-    none = Lambertian((0.0,) * scene.channels)
-    surfaces = tuple(msgspec.structs.replace(surface, material=none) for surface in scene.surfaces)
-    return msgspec.structs.replace(scene, surfaces=surfaces)
-
-
 def _refuse_cancellation(bounces: Sequence[int], sums: dict[int, Array]) -> None:
     """Refuse terms so small that single precision can't hold them as a difference of two sums.
 
@@ -196,10 +192,10 @@ def _refuse_cancellation(bounces: Sequence[int], sums: dict[int, Array]) -> None
             )
 
 
-def _version(keys: Command) -> str:
+def _version(keys: Command, folder: Path) -> str:
     if isinstance(keys.version, str):
         return keys.version or "unknown"
-    command = [program.executable(keys.version[0], Path.cwd()), *keys.version[1:]]
+    command = [program.executable(keys.version[0], folder), *keys.version[1:]]
     try:
         found = subprocess.run(
             command,
@@ -208,9 +204,11 @@ def _version(keys: Command) -> str:
             text=True,
             errors="replace",
             timeout=_VERSION_TIMEOUT,
+            cwd=folder,
             check=True,
         )
     except (OSError, ValueError, subprocess.SubprocessError) as error:
         raise RendererFailed(f"its version can't be had: {error}") from None
-    lines = (found.stdout + found.stderr).split("\n")
-    return lines[0].strip() or "unknown"
+    line = (found.stdout + found.stderr).partition("\n")[0].strip()
+    number = _NUMBER.search(line)
+    return number[0] if number else line or "unknown"

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Protocol
@@ -33,7 +34,7 @@ from comparisons.renderers.mitsuba_names import FAMILY, Form, parse
 from comparisons.renderers.mitsuba_particles import refuse_what_particles_cannot_reach
 from comparisons.renderers.mitsuba_samplers import calls
 from comparisons.renderers.mitsuba_scene import scene_dict
-from comparisons.renderers.protocol import Hits, Images, Unsupported
+from comparisons.renderers.protocol import Hits, Images, RendererFailed, Unsupported
 from scenes import Lambertian, Scene
 
 Array = NDArray[np.float64]
@@ -147,17 +148,12 @@ class MitsubaRenderer:
     def _compile_ahead(
         self, wanted: Mapping[Any, tuple[Scene, Dict]], ready: Mapping[Any, tuple[Any, Any]]
     ) -> None:
-        """Take the time for compiling once, at the first image, whose time nobody takes for that of others.
-
-        What it compiles differs below four samples per pixel and from there on.
-        """
-        unit = self._form.spp_unit
+        """Take the time for compiling once, at the first image, whose time nobody takes for that of others."""
         for key, (part, own) in wanted.items():
             new = (part, tuple(own.items()))
             if new not in self._compiled:
                 self._compiled.add(new)
-                for spp in [unit] if unit > 1 else [1, 4]:
-                    self._mi.render(ready[key][0], integrator=ready[key][1], spp=spp)
+                self._mi.render(ready[key][0], integrator=ready[key][1], spp=self._form.spp_unit)
 
     def _set_variant(self) -> None:
         # it is the process's, not ours: another renderer of this process may have another
@@ -182,32 +178,32 @@ class MitsubaRenderer:
             return self._mi.load_dict(made, optimize=False)
 
 
-def supports() -> dict[str, Sequence[str]]:
-    """What it can express, in the words of ``scenes.features``; forms that can do less say so when they are asked."""
+def installed(form: str) -> str | None:
+    """Mitsuba's version, without importing it; None where it is not installed, or a compiled form has no LLVM."""
+    try:
+        if parse(f"{FAMILY}:{form}").variant.startswith("llvm"):
+            ensure_llvm()
+        return version("mitsuba")
+    except (PackageNotFoundError, RendererFailed):
+        return None
+
+
+def supports(form: str = "scalar_rgb") -> dict[str, Sequence[str]]:
+    """What a form can express and do, in the words of ``scenes.features``; nothing is imported for that."""
+    told = parse(f"{FAMILY}:{form}")
+    particles = told.integrator == "ptracer"
+    delta = () if particles else ("mirror", "dielectric", "conductor")
+    rough = ("rough_conductor", "rough_dielectric", "blend")
+    pictures = () if told.spectral else ("image texture",)
+    skies = ("constant",) if told.spectral else ("constant", "environment_map")
+    images = ("bounces 0 and 1",) if told.integrator == "direct" else ("bounces", "total")
+    meters = () if particles else ("orthographic", "radiance_meter")
     return {
-        "shapes": ("quad", "disk", "sphere", "mesh", "inward", "shading normals", "two_sided"),
-        "materials": (
-            "lambertian",
-            "checkerboard texture",
-            "image texture",
-            "mirror",
-            "dielectric",
-            "conductor",
-            "rough_conductor",
-            "rough_dielectric",
-            "blend",
-        ),
-        "lights": (
-            "area",
-            "polar_range",
-            "point",
-            "spot",
-            "directional",
-            "constant_environment",
-            "environment_map",
-        ),
-        "sensors": ("pinhole", "thin_lens", "orthographic", "radiance_meter"),
-        "bounces": ("each", "total", "first hits"),
+        "shapes": ("quad", "disk", "sphere", "mesh"),
+        "materials": ("lambertian", "checkerboard texture", *pictures, *delta, *rough),
+        "lights": ("area", "point", "spot", "directional", *skies),
+        "sensors": ("pinhole", "thin_lens", *meters),
+        "images": (*images, "first hits"),
         "seed": ("yes",),
     }
 

@@ -87,4 +87,5 @@ def production(form: Form) -> dict[str, Any]:
     """
     if form.integrator == "direct":
         raise Unsupported("the sum of all bounces: the integrator direct has bounces 0 and 1")
-    return {"type": form.integrator}
+    # prb's own limit is 6, which is no economy that its users have chosen, but a default for gradients
+    return {"type": form.integrator} | ({"max_depth": -1} if form.integrator == "prb" else {})

@@ -39,8 +39,8 @@ _PARTS = {"variant": VARIANTS, "integrator": INTEGRATORS, "sampler": SAMPLERS}
 LAST_BOUNCE = {"direct": 1}
 """Of integrators that don't go on for ever."""
 
-_TOGETHER = {"stratified": 64, "multijitter": 64, "orthogonal": 49, "ldsampler": 64}
-_COMPILED_PARTICLES = 16
+_TOGETHER = {"stratified": 16, "multijitter": 16, "orthogonal": 25, "ldsampler": 16}
+_COMPILED, _COMPILED_PARTICLES = 4, 16
 
 
 class FormError(UnknownNameError):
@@ -71,8 +71,11 @@ class Form(NamedTuple):
     @property
     def spp_unit(self) -> int:
         """Samples per pixel come in multiples of this; see ``mitsuba_samplers``."""
-        particles = self.compiled and self.integrator == "ptracer"
-        return _TOGETHER.get(self.sampler, _COMPILED_PARTICLES if particles else 1)
+        if self.sampler in _TOGETHER:
+            return _TOGETHER[self.sampler]
+        if self.compiled:
+            return _COMPILED_PARTICLES if self.integrator == "ptracer" else _COMPILED
+        return 1
 
     @property
     def name(self) -> str:
@@ -165,3 +168,8 @@ def shown() -> tuple[Form, ...]:
     """The forms that are worth a line in a list: each integrator in each variant, and each sampler with ``path``."""
     forms = [Form(v, i) for v in VARIANTS for i in INTEGRATORS if i != "prb" or not v.startswith("scalar")]
     return (*forms, *(Form(v, "path", s) for v in VARIANTS for s in SAMPLERS if s != "independent"))
+
+
+def shown_names() -> tuple[str, ...]:
+    """Their full names."""
+    return tuple(form.name for form in shown())

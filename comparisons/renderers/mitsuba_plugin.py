@@ -29,8 +29,10 @@ from typing import Any
 
 import msgspec
 
+from comparisons.renderers import mitsuba
+from comparisons.renderers.entry import Entry
 from comparisons.renderers.mitsuba import MitsubaRenderer
-from comparisons.renderers.mitsuba_names import FAMILY, FormError, parse
+from comparisons.renderers.mitsuba_names import FAMILY, LAST_BOUNCE, FormError, parse
 from comparisons.renderers.protocol import RendererFailed, Unsupported
 from scenes.names import UnknownNameError
 
@@ -103,6 +105,39 @@ class MitsubaPlugin(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
                 known = DEPTHS if kind == "integrator" else ()
                 if unknown := [name for name in _placeholders(table) if name not in known]:
                     raise PluginError(f"{kind}: {{{unknown[0]}}}: there are {', '.join(known) or 'none'}")
+
+
+def entry(plugin: MitsubaPlugin) -> Entry:
+    """What is known of it before it is loaded.
+
+    Raises:
+        PluginError: see ``MitsubaPlugin.check``.
+    """
+    plugin.check()
+    form = parse(f"{FAMILY}:{plugin.mitsuba}")
+    single = [
+        f"{kind} {table['type']}" for kind in ("integrator", "sampler") if (table := getattr(plugin, kind))
+    ]
+    several = [f"{kind} {table['type']}" for kind in KINDS for table in getattr(plugin, kind).values()]
+    return Entry(
+        f"{form.name} with {', '.join([*single, *several]) or 'nothing of its own'}",
+        "mitsuba_plugin",
+        "MitsubaPluginRenderer",
+        msgspec.json.encode(plugin).decode(),
+        FAMILY,
+        last_bounce=None if plugin.integrator else LAST_BOUNCE.get(form.integrator),
+        spp_unit=form.spp_unit,
+    )
+
+
+def installed(table: str) -> str | None:
+    """Of Mitsuba in that form; see ``mitsuba.installed``."""
+    return mitsuba.installed(msgspec.json.decode(table, type=MitsubaPlugin).mitsuba)
+
+
+def supports(table: str) -> dict[str, Sequence[str]]:
+    """What Mitsuba supports in that form; what the plugins don't take is known when a scene is loaded."""
+    return mitsuba.supports(msgspec.json.decode(table, type=MitsubaPlugin).mitsuba)
 
 
 class MitsubaPluginRenderer(MitsubaRenderer):

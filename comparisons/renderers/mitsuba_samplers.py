@@ -6,11 +6,11 @@ it gets wrong depends on how many there are. So each has its number, one that it
 | sampler | samples per call |
 |---|---|
 | ``independent`` in a scalar variant | 1, which couples depths; all of them with ``ptracer``, where nothing does |
-| ``independent`` in a compiled variant | powers of two, at most a million paths: other numbers compile anew |
+| ``independent`` in a compiled variant | powers of two from 4 on, at most a million paths: others compile anew |
 | the same with ``ptracer`` | 16; each number compiles anew |
-| ``stratified``, ``multijitter`` | 64 = 8² |
-| ``orthogonal`` | 49 = 7²; the root has to be a prime |
-| ``ldsampler`` | 64 = 4³; a power of four |
+| ``stratified``, ``multijitter`` | 16 = 4² |
+| ``orthogonal`` | 25 = 5²; the root has to be a prime |
+| ``ldsampler`` | 16 = 4²; a power of four |
 
 Samples per pixel of a replicate are a multiple of ``Form.spp_unit``; for other numbers, there are more.
 """
@@ -26,11 +26,15 @@ _MOST_PATHS = 1 << 20
 
 def calls(form: Form, spp: int, pixels: int) -> list[int]:
     """Samples per pixel of each call, ``spp`` together: a multiple of ``Form.spp_unit``, rounded up."""
-    if form.spp_unit > 1:
-        return [form.spp_unit] * math.ceil(spp / form.spp_unit)
-    if form.compiled:
-        return _powers_of_two(spp, most=max(1, _MOST_PATHS // pixels))
-    return [spp] if form.integrator == "ptracer" else [1] * spp
+    units = math.ceil(spp / form.spp_unit)
+    if form.sampler == "independent" and form.integrator != "ptracer":
+        if not form.compiled:
+            return [1] * spp
+        most = max(1, _MOST_PATHS // (form.spp_unit * pixels))
+        return [form.spp_unit * power for power in _powers_of_two(units, most)]
+    if form.spp_unit == 1:
+        return [spp]
+    return [form.spp_unit] * units
 
 
 def _powers_of_two(number: int, most: int) -> list[int]:

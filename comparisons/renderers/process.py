@@ -21,6 +21,7 @@ import msgspec
 import numpy as np
 
 from comparisons.renderers import limits
+from comparisons.renderers.config import ConfigError
 from comparisons.renderers.entry import Entry
 from comparisons.renderers.messages import (
     Failed,
@@ -80,7 +81,10 @@ class RendererProcess:
             RendererFailed: it can't be started, or says why it can't be loaded.
             RendererTimeout: it was not ready in time.
         """
-        entry = resolve(name)
+        try:
+            entry = resolve(name)
+        except ConfigError as error:
+            raise RendererFailed(str(error)) from None
         self.name, self._memory, self.closed = name, entry.memory or limits.default_memory(), False
         self._folder = tempfile.mkdtemp(prefix="lightproof-")
         # appending: the worker writes at the end, also of what has been cut; without a name nobody can take it away
@@ -90,7 +94,8 @@ class RendererProcess:
             self._process = self._start(name, entry)
         except OSError as error:
             self._forget()
-            raise RendererFailed(f"its process can't be started: {error}") from None
+            hint = f"; {entry.install}" if entry.install and isinstance(error, FileNotFoundError) else ""
+            raise RendererFailed(f"its process can't be started: {error}{hint}") from None
         try:
             started(self)
             reply, _ = self._reply(entry.start_timeout)
@@ -120,9 +125,8 @@ class RendererProcess:
             cwd=folder,
             start_new_session=True,
         )
-        with suppress(
-            OSError
-        ):  # where memory runs out all the same, the kernel takes a renderer, not the run
+        # where memory runs out all the same, the kernel takes a renderer, not the run
+        with suppress(OSError):
             Path(f"/proc/{process.pid}/oom_score_adj").write_text("1000")
         return process
 

@@ -14,14 +14,14 @@ from typing import Any
 from comparisons.renderers.protocol import Renderer, RendererFailed
 
 
-def installed(argument: str) -> str | None:
-    """Unknown, without importing it; None where there is no such module here, nor installed."""
-    return "unknown" if is_module(argument.partition(":")[0]) else None
+def installed(argument: str, folder: Path) -> str | None:
+    """Unknown, without importing it; None where there is no such module in the folder, nor installed."""
+    return "unknown" if is_module(argument.partition(":")[0], folder) else None
 
 
-def is_module(name: str) -> bool:
-    """Whether there is one, in the working directory or installed; nothing is imported for that."""
-    return PathFinder.find_spec(name.partition(".")[0], [*sys.path, str(Path.cwd())]) is not None
+def is_module(name: str, folder: Path) -> bool:
+    """Whether there is one, in the folder or installed; nothing is imported for that."""
+    return PathFinder.find_spec(name.partition(".")[0], [*sys.path, str(folder)]) is not None
 
 
 def from_folder(place: str) -> Renderer:

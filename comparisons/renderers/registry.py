@@ -9,19 +9,19 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from importlib import import_module
 from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, version
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
 from comparisons.renderers import config, opengl_platform
 from comparisons.renderers.config import ConfigError
 from comparisons.renderers.entry import Entry
-from comparisons.renderers.mitsuba_names import entry_of, full_name
+from comparisons.renderers.mitsuba_names import entry_of, full_name, shown
 from comparisons.renderers.protocol import Renderer
 from comparisons.renderers.python_object import is_module
 from scenes.names import UnknownNameError
@@ -59,8 +59,22 @@ SHORT_NAMES: Mapping[str, str] = MappingProxyType(
     {"reference": "reference:mis", "mitsuba": "mitsuba:scalar_rgb"}
 )
 
-FAMILIES: tuple[Callable[[str], Entry | None], ...] = (entry_of,)
-"""Names with parts, of which there are too many to list: each knows whether a name is one of its own."""
+
+class Family(NamedTuple):
+    """Names with parts, of which there are more than a table could hold.
+
+    Attributes:
+        entry_of: what is known of a name; None for one that is none of the family.
+        full_name: of a name that leaves parts out; any other name stays as it is.
+        shown: the names that are worth a line in a list.
+    """
+
+    entry_of: Callable[[str], Entry | None]
+    full_name: Callable[[str], str]
+    shown: Callable[[], Iterable[str]]
+
+
+FAMILIES: tuple[Family, ...] = (Family(entry_of, full_name, lambda: [form.name for form in shown()]),)
 
 STRATEGIES = ("reference:mis", "reference:nee", "reference:bsdf", "reference:mis:sobol")
 """Renderers that differ in how they sample, and in nothing else. Variants of Mitsuba run the same strategy."""
@@ -73,7 +87,7 @@ def canonical(name: str) -> str:
         UnknownNameError: there is no such renderer.
         ConfigError: the user's configuration can't be read.
     """
-    full = full_name(SHORT_NAMES.get(name, name))
+    full = _full(name)
     _found(full)
     return full
 
@@ -84,7 +98,7 @@ def resolve(name: str) -> Entry:
     Raises:
         UnknownNameError, ConfigError: as above.
     """
-    entry = _found(SHORT_NAMES.get(name, name))
+    entry = _found(_full(name))
     return entry if entry.memory else msgspec.structs.replace(entry, memory=config.current().memory)
 
 
@@ -102,7 +116,7 @@ def strategies_of(name: str) -> tuple[str, ...]:
 
 
 def create(name: str) -> Renderer:
-    """Make the renderer of that name in this process, importing its packages.
+    """Make the renderer of that name in this process, and in its working directory, importing its packages.
 
     Raises:
         UnknownNameError: there is no such renderer.
@@ -119,8 +133,9 @@ def make(entry: Entry) -> Renderer:
 
 def listed() -> dict[str, Entry]:
     """All that have a name to be listed by; ``module:attribute`` has none until it is asked for."""
+    families = {name: _found(name) for family in FAMILIES for name in family.shown()}
     points = {name: _of_point(point) for name, point in announced().items()}
-    return {**RENDERERS, **_own(), **points}
+    return {**RENDERERS, **families, **_own(), **points}
 
 
 def announced() -> dict[str, EntryPoint]:
@@ -132,10 +147,12 @@ def announced() -> dict[str, EntryPoint]:
 def installed(entry: Entry) -> str | None:
     """Its version, or that of the package that brings it, without loading it; None if it is not there.
 
-    What comes from no package says itself whether it is there, and its version if the configuration tells.
+    An adapter may know more than the package does: whether a program is there, and what it says its version is.
     """
-    if not entry.package:
-        found: str | None = _module(entry).installed(entry.argument)
+    ask = getattr(_module(entry), "installed", None)
+    if ask is not None and entry.adapter != "from_package":
+        known = (entry.argument, Path(entry.folder))[: len(inspect.signature(ask).parameters)]
+        found: str | None = ask(*known)
         return found
     try:
         return version(entry.package)
@@ -150,6 +167,13 @@ def supports(entry: Entry) -> dict[str, Sequence[str]]:
         return {}
     said: dict[str, Sequence[str]] = ask(entry.argument) if inspect.signature(ask).parameters else ask()
     return said
+
+
+def _full(name: str) -> str:
+    full = SHORT_NAMES.get(name, name)
+    for family in FAMILIES:
+        full = family.full_name(full)
+    return full
 
 
 def _module(entry: Entry) -> Any:
@@ -172,13 +196,13 @@ def _found(name: str) -> Entry:
 
 def _candidates(name: str) -> Iterator[Entry | None]:
     for family in FAMILIES:
-        yield family(name)
+        yield family.entry_of(name)
     if name.partition(":")[0] in {known.partition(":")[0] for known in RENDERERS}:
         return  # a wrong name of ours is not a module of the user's
     yield _own().get(name)
     if point := announced().get(name):
         yield _of_point(point)
-    if _OBJECT.fullmatch(name) and is_module(name.partition(":")[0]):
+    if _OBJECT.fullmatch(name) and is_module(name.partition(":")[0], Path.cwd()):
         yield Entry(
             "an object of one's own", "python_object", "from_folder", name, "", folder=str(Path.cwd())
         )
@@ -193,7 +217,7 @@ def _own() -> Mapping[str, Entry]:
     found = config.current()
     for name in found.renderers:
         if name in SHORT_NAMES or name in RENDERERS:
-            raise ConfigError(found.file, f"renderers.{name}", name, "a name that is not one of ours")
+            raise ConfigError(f"{found.file}: renderers.{name}: expected a name that is not one of ours")
     return found.renderers
 
 

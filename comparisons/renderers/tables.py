@@ -92,6 +92,7 @@ def _command(table: dict[str, Any], place: Place) -> Entry:
         "CommandRenderer",
         msgspec.json.encode(said).decode(),
         one_walk=said.images == "layers",
+        package="",
         seeded=said.seed,
     )
     return _with_shared(entry, said, place)
@@ -112,6 +113,8 @@ def _worker(table: dict[str, Any], place: Place) -> Entry:
         "",
         msgspec.json.encode([start[0], said.version]).decode(),
         worker=(*start, str(file.resolve())),
+        package="",
+        install="" if said.python else "pip install uv",
         start_timeout=said.start_timeout,
     )
     return _with_shared(entry, said, place)
@@ -124,6 +127,7 @@ def _object(table: dict[str, Any], place: Place) -> Entry:
         "python_object",
         "from_folder",
         said.object,
+        package="",
         start_timeout=said.start_timeout,
     )
     return _with_shared(entry, said, place)
@@ -162,10 +166,9 @@ def _with_shared(entry: Entry, said: Shared, place: Place) -> Entry:
     return msgspec.structs.replace(
         entry,
         title=said.title or entry.title,
-        package="",
         deterministic=said.deterministic,
         memory=bytes_of(said.memory, place / "memory") if said.memory else None,
-        install=said.install,
+        install=said.install or entry.install,
         folder=str(place.file.parent.resolve()),
     )
 

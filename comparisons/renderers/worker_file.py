@@ -12,8 +12,8 @@ from pathlib import Path
 import msgspec
 
 
-def installed(argument: str) -> str | None:
+def installed(argument: str, folder: Path) -> str | None:
     """Its version as its configuration says; None where there is nothing to run it with."""
     start, version = msgspec.json.decode(argument, type=list[str])
-    there = Path(start).is_file() if os.sep in start else shutil.which(start) is not None
+    there = (folder / start).is_file() if os.sep in start else shutil.which(start) is not None
     return (version or "unknown") if there else None

@@ -240,3 +240,24 @@ def test_the_observer_sees_it_all(compare: Compare, observer: Any) -> None:
     assert observer.events == [("furnace-sphere", "reference"), ("furnace-sphere", "pass")]
     assert observer.shares == sorted(observer.shares)
     assert 0 <= observer.shares[0] <= observer.shares[-1] <= 1
+
+
+def test_a_renderer_may_stop_at_a_bounce(compare: Compare, tmp_path: Path) -> None:
+    """What it has is judged; what it has not is said to be unsupported."""
+    comparison = compare(
+        "furnace-box", "mitsuba:scalar_rgb:direct", size=(8, 8), tolerance=0.02, tile_tolerance=0.2
+    )
+    assert comparison.verdict == "pass"
+    assert [bounce.bounce for bounce in comparison.bounces] == [0, 1]
+    assert "Bounces 2 to 5 are unsupported: the renderer stops at bounce 1" in comparison.notes
+    assert comparison.images is not None
+    assert exr.read_bounces(tmp_path / comparison.images.renderer)[0].shape == (2, 8, 8, 3)
+
+
+def test_samples_that_belong_together_are_counted_together(compare: Compare) -> None:
+    comparison = compare(
+        "furnace-box", "mitsuba:scalar_rgb:path:ldsampler", size=(4, 4), tolerance=0.05, tile_tolerance=0.5
+    )
+    assert comparison.verdict == "pass"
+    for bounce in comparison.bounces:
+        assert bounce.spp % (16 * bounce.replicates) == 0

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from comparisons import known
 from comparisons.renderers import canonical
-from scenes import library
+from scenes import Tolerance, library
 
 ENTRY = """
 [[deviation]]
@@ -165,3 +167,41 @@ def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(known.KnownError, match="No such file"):
         known.load(tmp_path / "none.toml")
+
+
+def of_sum(bounces: list[int], bias: Any, means: Any, **changes: Any) -> known.DeclaredSum | None:
+    fields: dict[str, Any] = {
+        "case": "furnace-box",
+        "renderer": "mitsuba",
+        "versions": "==3.9.*",
+        "within": 0.001,
+        "tile_within": 0.01,
+        "reason": "r",
+        "link": "l",
+    }
+    entry = known.Deviation(bounces=bounces, bias=bias, **(fields | changes))
+    return known.declared_of_sum([entry], np.array(means), ["R", "G"], Tolerance((0.005,), (0.02,)))
+
+
+def test_what_bounces_declare_is_weighted_by_their_light() -> None:
+    """R has 4 + 3 + 1, G 1 + 1 + 2: bounce 1 is 3/8 and 1/4 of them, bounce 2 1/8 and 1/2."""
+    found = of_sum([1, 2], [0.02, 0.04], [[4, 1], [3, 1], [1, 2]])
+    assert found is not None
+    assert found.biases(2, ["R", "G"]) == {
+        "R": pytest.approx(0.375 * 0.02 + 0.125 * 0.04),
+        "G": pytest.approx(0.25 * 0.02 + 0.5 * 0.04),
+    }
+    # what no entry speaks of may use its tolerance: half of the light of R, bounce 0
+    assert found.within == pytest.approx(0.5 * 0.005 + 0.375 * 0.001 + 0.5 * 0.001)
+    assert found.tile_within == pytest.approx(0.5 * 0.02 + 0.375 * 0.01 + 0.5 * 0.01)
+    assert "bounces 1, 2 explains it" in found.reason
+
+
+def test_of_one_channel_and_of_later_bounces() -> None:
+    found = of_sum([1], [[0.03]], [[1, 1], [1, 1], [2, 2]], channels=["G"], onwards=True)
+    assert found is not None
+    assert found.biases(2, ["R", "G"]) == {"G": pytest.approx(0.75 * 0.03)}
+
+
+def test_without_a_declared_bounce_nothing_is_declared_of_the_sum() -> None:
+    assert of_sum([7], [0.02], [[1, 1], [1, 1]]) is None

@@ -123,6 +123,19 @@ def test_light_that_comes_late_is_waited_for() -> None:
     assert LEAST >= 12
 
 
+def test_a_formula_that_can_not_go_on_is_bounded_by_its_albedos() -> None:
+    def evaluate(scene: Scene, bounces: int) -> np.ndarray:
+        if bounces > 5:
+            raise IndexError("a table of six")
+        return np.ones((bounces + 1, *scene.shape))
+
+    case = replace(small("furnace-box", 4), answer=Formula(evaluate, "made up"))
+    found = series(case)
+    assert len(found.terms) == 6
+    assert "IndexError: a table of six" in found.how
+    np.testing.assert_array_equal(found.bound, tail_bound(case.scene, 5))
+
+
 def test_a_series_that_does_not_die_away_has_no_sum() -> None:
     def evaluate(scene: Scene, bounces: int) -> np.ndarray:
         return np.ones((bounces + 1, *scene.shape))

@@ -97,6 +97,39 @@ def test_lists_for_people_and_programs() -> None:
         assert name in invoke("list", what).output
 
 
+def test_renderers_of_ones_own_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where they are, whether they are there, how to get them, and what they support."""
+    command = """["./mine", "{scene}", "{spp}", "{seed}", "{output}"]"""
+    keys = f"command = {command}\nscene = 'gltf'\nimages = 'total'\ninstall = 'make mine'"
+    (tmp_path / "lightproof.toml").write_text(f"[renderers.mine]\n{keys}\nversion = '2.0'")
+    monkeypatch.chdir(tmp_path)
+    rows = {row["name"]: row for row in json.loads(invoke("list", "renderers", "--json").output)}
+    mine = rows["mine"]
+    assert (mine["version"], mine["installed"], mine["install"]) == (None, False, "make mine")
+    assert re.search("mine .*not installed: make mine", invoke("list", "renderers").output)
+    assert mine["supports"]["images"] == ["bounce 0", "total"]
+    assert rows["reference:mis"]["installed"]
+    assert rows["reference:mis"]["supports"]["sensors"][0] == "pinhole"
+    (tmp_path / "mine").write_text("#!/bin/sh")
+    (tmp_path / "mine").chmod(0o755)
+    rows = {row["name"]: row for row in json.loads(invoke("list", "renderers", "--json").output)}
+    assert (rows["mine"]["version"], rows["mine"]["installed"]) == ("2.0", True)
+    shown = invoke("list", "renderers").output
+    assert re.search("mine .*2.0", shown)
+    assert re.search(r"^mine\n +shapes: quad, mesh", shown, re.MULTILINE)
+
+
+@pytest.mark.parametrize("command", [["list", "renderers"], ["render", "furnace-box", "--renderer", "mine"]])
+def test_a_wrong_configuration_is_wrong_usage(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: list[str]
+) -> None:
+    (tmp_path / "lightproof.toml").write_text("[renderers.mine]\ncomand = ['./mine']")
+    monkeypatch.chdir(tmp_path)
+    result = invoke(*command)
+    assert result.exit_code == 2
+    assert "renderers.mine: expected one of the keys command" in flat(result.output)
+
+
 def test_render_writes_a_layer_per_bounce(tmp_path: Path) -> None:
     out = tmp_path / "box.exr"
     arguments = ("furnace-box", "--renderer", "mitsuba", "--bounces", "2", "--spp", "2", "--size", "8x6")
@@ -185,7 +218,7 @@ def test_a_package_that_is_not_installed_is_no_reason_to_lose_the_run(
         return version(package)
 
     monkeypatch.setattr("lightproof.validate.version", missing)
-    monkeypatch.setattr("comparisons.renderers.registry.version", missing)
+    monkeypatch.setattr("comparisons.renderers.mitsuba.version", missing)
     assert validate(tmp_path, "furnace-sphere", "--renderer", "reference").exit_code == 0
     document = json.loads((tmp_path / "out" / "results.json").read_bytes())
     assert document["provenance"]["versions"]["mitsuba"] is None
@@ -265,8 +298,9 @@ def test_lists_cut_no_name(width: int) -> None:
 
 
 def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path, processes: Any) -> None:
-    def group(leader: int) -> set[int]:
-        return {process.pid for process in processes() if process.group == leader and process.state != "Z"}
+    def below(run: int) -> set[int]:
+        """The run, and its renderers, each of which leads a group of its own."""
+        return {p.pid for p in processes() if run in (p.pid, p.parent) and p.state != "Z"}
 
     run = subprocess.Popen(
         [
@@ -286,15 +320,16 @@ def test_ctrl_c_ends_the_run_and_its_renderers(tmp_path: Path, processes: Any) -
         start_new_session=True,
     )
     deadline = time.monotonic() + 60
-    while not group(run.pid) - {run.pid} and time.monotonic() < deadline:
+    while not below(run.pid) - {run.pid} and time.monotonic() < deadline:
         time.sleep(0.1)
-    assert group(run.pid) - {run.pid}, "no renderer was started"
+    started = below(run.pid)
+    assert started - {run.pid}, "no renderer was started"
     os.killpg(run.pid, signal.SIGINT)
     _, errors = run.communicate(timeout=30)
     assert run.returncode == 130
     assert "interrupted" in errors
     assert "Traceback" not in errors
-    assert not group(run.pid)
+    assert not started & {p.pid for p in processes() if p.state != "Z"}
 
 
 def test_relations_need_no_answer(tmp_path: Path) -> None:
@@ -362,3 +397,14 @@ def test_a_real_report_opens_in_a_browser(tmp_path: Path, open_report: Any) -> N
     assert "mitsuba" in text
     assert "known" in text
     assert page.locator(".plot canvas").count() > 0
+
+
+@pytest.mark.parametrize(("options", "totals"), [([], ["pass"]), (["--no-total"], [])])
+def test_the_total_can_be_left_out(options: list[str], totals: list[str], tmp_path: Path) -> None:
+    asked = ["furnace-box", "--renderer", "reference", "--bounces", "0", "--size", "8x8", "--tolerance", "5%"]
+    tiles = ["--tile-tolerance", "20%", "--jobs", "1", "--out", tmp_path / "out"]
+    found = invoke("validate", *asked, *tiles, *options)
+    assert found.exit_code == 0, found.output
+    [comparison] = json.loads((tmp_path / "out" / "results.json").read_text())["comparisons"]
+    assert [total["verdict"] for total in comparison["totals"]] == totals
+    assert ("total: the sum of all bounces" in found.output) == bool(totals)

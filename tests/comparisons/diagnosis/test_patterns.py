@@ -73,3 +73,11 @@ def test_an_error_is_no_pattern_of_bounces(made: Make) -> None:
     found = pattern(made([], [], verdict="error", message="it crashed"))
     assert found is not None
     assert (found.kind, found.text) == ("error", "it crashed")
+
+
+def test_sums_that_end_a_bounce_late_begin_with_two_terms(made: Make) -> None:
+    """Bounce 0 is E + TE, and each later one is the difference of two sums: its neighbour."""
+    truth = [1.0, 0.6, 0.2, 0.1, 0.03]
+    found = pattern(made(truth, [1.6, 0.2, 0.1, 0.03, 0.01]))
+    assert found is not None
+    assert found.kind == "counted from another number"

@@ -101,10 +101,14 @@ def end_by(number: int) -> None:
     os.kill(os.getpid(), number)
 
 
-def hang_with_children() -> None:
+def have_children() -> None:
     """One in the same process group, one that leaves it."""
     subprocess.Popen(["sleep", "3601"])
     subprocess.Popen(["setsid", "sleep", "3602"])
+
+
+def hang_with_children() -> None:
+    have_children()
     time.sleep(3600)
 
 
@@ -132,6 +136,7 @@ WRONG = {
     "refuse": lambda output: say("unsupported: spheres of glass", 3),
     "hang": lambda output: time.sleep(3600),
     "hang-with-children": lambda output: hang_with_children(),
+    "leave-children": lambda output: have_children(),
     "devour": lambda output: devour(),
     "chatter": lambda output: chatter(),
     "forget": lambda output: say("all is well", 0),

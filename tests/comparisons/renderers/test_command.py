@@ -37,7 +37,7 @@ from scenes import (
     library,
 )
 from scenes.channels import single_channel
-from scenes.variations import darker
+from scenes.variations import black, darker
 
 GREY = Lambertian((0.5, 0.5, 0.5))
 
@@ -238,11 +238,9 @@ def test_emission_where_reflectances_can_t_be_scaled() -> None:
     scene = Scene(surfaces, ASYMMETRIC.sensor, (PointLight((0.0, 0.0, 2.0), (1.0, 1.0, 1.0)),))
     with pytest.raises(SceneError):
         darker(scene, 0.0)
-    from comparisons.renderers.command import _black
-
-    black = _black(scene)
-    np.testing.assert_allclose(render(black, 3, 64, 1).sum(axis=0), render(scene, 0, 64, 1)[0], atol=1e-12)
-    assert black.sensor == scene.sensor
+    dark = black(scene)
+    np.testing.assert_allclose(render(dark, 3, 64, 1).sum(axis=0), render(scene, 0, 64, 1)[0], atol=1e-12)
+    assert dark.sensor == scene.sensor
 
 
 # ---- the files of scenes

@@ -12,6 +12,7 @@ import pytest
 
 from comparisons.renderers import RendererFailed, RendererTimeout, Unsupported
 from comparisons.renderers.process import RendererProcess
+from reference_tracer.random_walk import total
 from scenes import Scene, library
 
 
@@ -106,3 +107,23 @@ def test_a_folder_named_scenes_in_the_working_directory_is_not_ours(
     monkeypatch.chdir(tmp_path)
     with RendererProcess("reference") as process:
         assert process.render(scene, [0], 1, 0, timeout=60).shape == (1, 8, 8, 3)
+
+
+def test_the_total_is_what_the_tracer_makes(scene: Scene) -> None:
+    with RendererProcess("reference") as process:
+        np.testing.assert_array_equal(process.total(scene, 2, 3, timeout=60), total(scene, 2, 3))
+
+
+def test_the_total_is_an_option(wrong: Any, scene: Scene) -> None:
+    with RendererProcess("wrong:right") as process:
+        with pytest.raises(Unsupported, match=r"total: its adapter has no total\(scene, spp, seed\)"):
+            process.total(scene, 1, 0, timeout=60)
+        assert process.render(scene, [0], 1, 0, timeout=60).shape == (1, 8, 8, 3)
+
+
+def test_mitsuba_adds_up_all_bounces() -> None:
+    """Albedo 0.9: the first seven bounces, as many as come before its roulette, hold half of the light."""
+    scene = library.case("furnace-channels").scene.resized(8, 8)
+    with RendererProcess("mitsuba") as process:
+        image = process.total(scene, 4096, 1, timeout=60).mean(axis=(0, 1))
+    np.testing.assert_allclose(image, (10.0, 4.0, 0.625), rtol=0.01)

@@ -1,0 +1,207 @@
+"""Names of renderers: ours, the user's, those of installed packages, and objects by module:attribute."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from comparisons.renderers import RendererFailed, canonical, listed, registry, resolve
+from comparisons.renderers.config import ConfigError
+from comparisons.renderers.process import RendererProcess
+from comparisons.renderers.reference import ReferenceRenderer
+from scenes import Scene, UnknownNameError, library
+from scenes.formats.support import expressible
+
+OWN = '''
+import numpy as np
+
+__version__ = "7.1"
+
+
+class Constant:
+    """Everything is as bright as its number."""
+
+    def __init__(self, value=3.0):
+        self.value = value
+
+    def render(self, scene, bounces, spp, seed):
+        return np.full((len(bounces), *scene.shape), self.value)
+
+
+class Versioned(Constant):
+    def version(self):
+        return "7.2"
+
+
+made = Constant(5.0)
+nested = Constant
+nested.deep = Versioned(6.0)
+number = 4
+
+
+def words(scene, bounces, spp, seed):
+    return "words"
+
+
+broken = Constant()
+broken.render = words
+'''
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return library.case("furnace-box").scene.resized(4, 3)
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "own.py").write_text(OWN)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("name", "version", "value"),
+    [("own:Constant", "7.1", 3.0), ("own:made", "7.1", 5.0), ("own:nested.deep", "7.2", 6.0)],
+)
+def test_an_object_of_the_working_directory(
+    own: Path, scene: Scene, spotless: Any, name: str, version: str, value: float
+) -> None:
+    """A class is called; an object is taken as it is; whoever has no version has that of its module."""
+    assert canonical(name) == name
+    with RendererProcess(name) as process:
+        assert process.version == version
+        image = process.render(scene, [0, 2], 1, 0, timeout=60)
+    np.testing.assert_array_equal(image, np.full((2, 3, 4, 3), value))
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("own:nothing", "own has no nothing; there are np, Constant"),
+        ("own:number", "own:number is a int: expected an object with render"),
+        ("own:words", r"own:words can't be loaded: words\(\) missing 4 required"),
+    ],
+)
+def test_what_is_no_renderer(own: Path, spotless: Any, name: str, message: str) -> None:
+    with pytest.raises(RendererFailed, match=message):
+        RendererProcess(name)
+
+
+def test_words_are_no_image(own: Path, scene: Scene, spotless: Any) -> None:
+    with RendererProcess("own:broken") as process, pytest.raises(RendererFailed, match="values of type <U5"):
+        process.render(scene, [0], 1, 0, timeout=60)
+
+
+def test_a_module_that_is_not_there_is_a_wrong_name(own: Path) -> None:
+    """And so is a wrong variant of a renderer of ours."""
+    with pytest.raises(UnknownNameError, match="no renderer is called 'owm:Constant'"):
+        canonical("owm:Constant")
+    (own / "mitsuba.py").write_text("raise SystemExit")
+    with pytest.raises(UnknownNameError, match="no renderer is called 'mitsuba:scalar_rg'"):
+        canonical("mitsuba:scalar_rg")
+
+
+def test_an_object_of_the_configuration(configured: Any, scene: Scene, spotless: Any, tmp_path: Path) -> None:
+    """It is found from the folder of the file, wherever one works."""
+    (tmp_path / "own.py").write_text(OWN)
+    folder = configured(mine={"object": "own:made", "deterministic": True})
+    assert resolve("mine").deterministic
+    assert resolve("mine").folder == str(folder)
+    with RendererProcess("mine") as process:
+        assert process.render(scene, [0], 1, 0, timeout=60).max() == 5.0
+
+
+def test_an_installed_package_brings_renderers_along(
+    own: Path, scene: Scene, spotless: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As an installer leaves it; ours keep their names."""
+    installed = own / "own_renderers-1.5.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: own-renderers\nVersion: 1.5\n")
+    points = {"fine": "made", "mitsuba": "made", "reference:mis": "made"}
+    lines = [f"{name} = own:{attribute}" for name, attribute in points.items()]
+    (installed / "entry_points.txt").write_text("\n".join([f"[{registry.GROUP}]", *lines, ""]))
+    monkeypatch.syspath_prepend(own)
+    monkeypatch.setenv("PYTHONPATH", str(own), prepend=":")
+    (own / "elsewhere").mkdir()
+    monkeypatch.chdir(own / "elsewhere")
+
+    entry = listed()["fine"]
+    assert (entry.title, entry.package) == ("own:made of own-renderers", "own-renderers")
+    assert registry.installed(entry) == "1.5"
+    assert "mitsuba" not in listed()
+    assert canonical("mitsuba") == "mitsuba:scalar_rgb"
+    assert listed()["reference:mis"].module == "reference"
+    with RendererProcess("fine") as process:
+        assert process.render(scene, [0], 1, 0, timeout=60).max() == 5.0
+
+
+def test_a_configuration_that_can_t_be_read_is_no_unknown_name(configured: Any) -> None:
+    configured(mine={"command": ["./mine"]})
+    with pytest.raises(ConfigError, match=r"renderers\.mine\.scene: missing"):
+        canonical("mine")
+    assert canonical("reference") == "reference:mis"
+
+
+# ---- what they support
+
+
+def test_a_format_supports_what_it_takes() -> None:
+    """glTF: triangles, Lambertian; pbrt has no textures; Mitsuba no ellipsoids."""
+    gltf, pbrt, mitsuba = (expressible(name) for name in ("gltf", "pbrt-v4", "mitsuba-xml"))
+    assert gltf["shapes"] == ("quad", "mesh")
+    assert gltf["materials"] == ("lambertian",)
+    assert "checkerboard texture" in mitsuba["materials"]
+    assert "checkerboard texture" not in pbrt["materials"]
+    assert "ellipsoid" in pbrt["shapes"]
+    assert "ellipsoid" not in mitsuba["shapes"]
+    assert "irradiance_meter" not in mitsuba["sensors"]
+
+
+def test_everything_that_a_scene_can_hold_is_asked_for() -> None:
+    """Every kind of part is among those that formats are tried with, since JSON takes them all."""
+    from typing import get_args
+
+    from scenes.lights import AreaLight, Light
+    from scenes.materials import Material, Texture
+    from scenes.sensor import Camera, Meter
+    from scenes.shapes import Shape
+
+    def tags(*kinds: Any) -> set[str]:
+        return {kind.__struct_config__.tag for kind in kinds}
+
+    every = expressible("json")
+    assert set(every["shapes"]) == tags(*get_args(Shape))
+    textures = {f"{tag} texture" for tag in tags(*get_args(Texture))}
+    assert set(every["materials"]) == tags(*get_args(Material)) | textures
+    assert set(every["lights"]) == tags(AreaLight, *get_args(Light))
+    assert set(every["sensors"]) == tags(*get_args(Camera), *get_args(Meter))
+
+
+def test_what_a_renderer_supports(configured: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    command = ["./mine", "{scene}", "{spp}", "{output}"]
+    configured(mine={"command": command, "scene": "gltf", "images": "total", "seed": False})
+    said = registry.supports(resolve("mine"))
+    assert said["shapes"] == ("quad", "mesh")
+    assert (said["images"], said["seed"]) == (("bounce 0", "total"), ("no",))
+    assert registry.installed(resolve("mine")) is None
+    (tmp_path / "mine").write_text("#!/bin/sh\necho mine 1.2\necho more")
+    (tmp_path / "mine").chmod(0o755)
+    asking = {
+        "command": command,
+        "scene": "json",
+        "images": "total",
+        "seed": False,
+        "version": ["./mine", "-V"],
+    }
+    configured(mine=asking)
+    (tmp_path / "below").mkdir()
+    monkeypatch.chdir(tmp_path / "below")
+    assert registry.installed(resolve("mine")) == "1.2"
+    reference = registry.supports(resolve("reference"))
+    assert "bounces" in reference["images"]
+    assert ("total" in reference["images"]) == hasattr(ReferenceRenderer, "total")
