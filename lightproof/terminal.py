@@ -154,7 +154,9 @@ def show_rows(out: Console, rows: Sequence[Mapping[str, str]]) -> None:
         for heading in rows[0]:
             table.add_column(heading, no_wrap=heading in ("name", "installed"))
         for row in rows:
-            table.add_row(*(value or "–" for value in row.values()))
+            table.add_row(
+                *(Text(value or "–") for value in row.values())
+            )  # no markup: an extra stands in [ ]
         out.print(table)
         return
     for row in rows:

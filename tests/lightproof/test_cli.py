@@ -223,6 +223,7 @@ def test_a_package_that_is_not_installed_is_no_reason_to_lose_the_run(
     document = json.loads((tmp_path / "out" / "results.json").read_bytes())
     assert document["provenance"]["versions"]["mitsuba"] is None
     assert "pip install mitsuba" in invoke("list", "renderers").output
+    assert "lightproof[opengl]" in invoke("list", "renderers").output
 
 
 def test_one_renderer_by_two_names_is_one(tmp_path: Path) -> None:
