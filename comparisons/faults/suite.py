@@ -20,7 +20,6 @@ QUICK = (
     "directional-on-sphere",
     "sphere-over-plane",
     "furnace-convex",
-    "furnace-channels",
     "lamp-turned-away",
     "moved-disk",
     "ellipsoid-over-plane",
@@ -39,10 +38,11 @@ QUICK = (
     "blend-sun",
     "blend-sky",
     "constant-radiance-mirror",
-    "hundred-tiles",
     "cie-171-panel",
 )
 THOROUGH = (
+    "furnace-channels",
+    "hundred-tiles",
     "shading-normals-from-behind",
     "lit-from-behind",
     "harmonics-on-sphere",

@@ -32,14 +32,15 @@ TRACER = "reference"
 BUDGET, THOROUGH_BUDGET, FIRST_LOOK = 1.2, 8.0, 0.2
 """Seconds per case, of the quick ones, and of the thorough and those that the quick ones left open."""
 
-INQUIRY = Settings(budget=1.0, first_look=0.2, total=False)
+INQUIRY = Settings(budget=0.8, first_look=0.2, total=False)
 """How to ask again about the first cases that fail."""
 
 LEAST_CASES = 8
 """Cases before a diagnosis ends a row: they have every kind of light, with what hides it and without."""
 
-CASES_AFTER = 3
-"""Further ones after the first that fails: one failure alone looks like whatever that case is about."""
+CASES_AFTER, MOST_AFTER = 3, 8
+"""Further ones after the first that fails, at least, since one failure alone looks like whatever that case is about;
+and at most."""
 
 
 class Seen(Struct, frozen=True, kw_only=True):
@@ -121,7 +122,7 @@ def _clear(found: Seen) -> bool:
     first = caught(found)
     if first is None or len(found.comparisons) < max(LEAST_CASES, first + 1 + CASES_AFTER):
         return False
-    late = len(found.comparisons) > len(QUICK)
+    late = first >= len(QUICK) or len(found.comparisons) >= max(LEAST_CASES, first + 1 + MOST_AFTER)
     return late or diagnose(found.comparisons, found.relations, found.others).suspect is not None
 
 
