@@ -8,7 +8,8 @@ Bounce 0 is what the visible sides emit, averaged over points of the pixel: 8 ×
 the points moved about, so that 512 columns and 512 rows of points cross each pixel. An edge along a row or a column
 is misplaced by 1/1024 of a pixel at most; at the worst angle, half a right one, the share of a pixel that is covered
 is off by 0.8 %. Scenes of many triangles, as spheres need them, are drawn 16 times: 1/256 of a pixel, and 1.6 %.
-There are no random numbers: whatever spp and seed are, the image is the same.
+An image of more than 512 pixels across has fewer than 8 × 8 for one. There are no random numbers: whatever spp and
+seed are, the image is the same.
 
 A depth buffer of 24 bits can't hold the near and the far as well: the scene is drawn in up to four ranges of
 distance, each 16 times as far as the one before, down to 2⁻¹⁶ of the farthest. What is nearer than that is not seen.
@@ -27,7 +28,7 @@ from comparisons.renderers.opengl_platform import canvas, load
 from comparisons.renderers.opengl_triangles import triangles
 from comparisons.renderers.opengl_view import View
 from comparisons.renderers.protocol import Hits, Images, RendererFailed, Unsupported
-from scenes import ConstantEnvironment, Scene, ThinLens
+from scenes import ConstantEnvironment, RadianceMeter, Scene, ThinLens
 from scenes.bounds import farthest
 from scenes.features import features
 
@@ -94,17 +95,18 @@ class PyrenderRenderer:
 
     def _emission(self, scene: Scene) -> Array:
         view = View.of(scene.sensor)
-        finer = 1 if max(scene.shape[:2]) == 1 else min(_FINER, max(1, _LARGEST // max(scene.shape[:2])))
         radiances, of_label = np.unique(_Le(scene), axis=0, return_inverse=True)
         stage, mean = self._stage(scene, view), np.zeros(scene.shape)
-        fine = view.finer(finer)
-        count = 1 if finer == 1 else _SHIFTS if stage.triangles < _MANY else _FEWER_SHIFTS
-        shifts = list(_shifts(count))
-        for shift in shifts:
-            label, _ = stage.draw(fine, shift)
+        finer, shifts = min(_FINER, max(1, _LARGEST // max(view.width, view.height))), _SHIFTS
+        if isinstance(scene.sensor, RadianceMeter):
+            finer, shifts = 1, 1  # its pixel is one ray
+        elif stage.triangles >= _MANY:
+            shifts = _FEWER_SHIFTS
+        for shift in _shifts(shifts):
+            label, _ = stage.draw(view.finer(finer), shift)
             seen = of_label.reshape(-1)[label].reshape(view.height, finer, view.width, finer)
             for i in np.flatnonzero(radiances.any(axis=1)):
-                mean += (seen == i).mean(axis=(1, 3))[..., None] * radiances[i] / len(shifts)
+                mean += (seen == i).mean(axis=(1, 3))[..., None] * radiances[i] / shifts
         return mean
 
     def _stage(self, scene: Scene, view: View) -> _Stage:
@@ -125,7 +127,7 @@ class _Stage:
         self._pyrender, self._canvas = pyrender, canvas
         self._scale = 1 / (farthest(scene) or 1.0)
         self._made, self._colours = pyrender.Scene(), dict[Any, tuple[int, ...]]()
-        self.triangles = 0
+        self.triangles, self._last_label = 0, 2 * len(scene.surfaces)
         for i, surface in enumerate(scene.surfaces):
             corners, front = triangles(surface, view)
             self.triangles += 2 * len(front)
@@ -168,7 +170,7 @@ class _Stage:
         finally:
             self._made.remove_node(camera)
         label = colour.astype(np.intp) @ (1 << 16, 1 << 8, 1)
-        if label.max() > 2 * len(self._colours):
+        if label.max() > self._last_label:
             raise RendererFailed(f"a colour that was given to nothing: {label.max()} in its segmentation")
         return label, depth.astype(np.float64)
 

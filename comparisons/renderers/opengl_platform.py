@@ -31,7 +31,8 @@ def load() -> Any:
         ImportError: it is not installed.
         RendererFailed: a library of the system is missing; the message names the Debian package.
     """
-    os.environ.setdefault(_PLATFORM, platform())
+    if _PLATFORM not in os.environ:  # who has set it has chosen
+        os.environ[_PLATFORM] = platform()
     os.environ.setdefault("LP_NUM_THREADS", "1")  # work is split over processes
     if folder := os.environ.get(limits.MARK):
         # Mesa keeps compiled shaders in files, without which OSMesa compiles one for each surface; with those of the
@@ -86,5 +87,8 @@ def canvas(pyrender: Any) -> Any:
     try:
         return pyrender.OffscreenRenderer(1, 1)
     except Exception as error:
-        driver = f"{os.environ[_PLATFORM]} gives no OpenGL context ({type(error).__name__}: {error})"
-        raise RendererFailed(f"{driver}; on Debian: apt install libegl-mesa0 libgl1-mesa-dri") from error
+        said = f"{type(error).__name__}: {' '.join(str(error).split())}"[:100]
+        raise RendererFailed(
+            f"{os.environ[_PLATFORM]} gives no OpenGL context, as without a driver ({said}); on Debian: "
+            "apt install libegl-mesa0 libgl1-mesa-dri"
+        ) from error

@@ -260,6 +260,16 @@ def test_sides_rows_columns_and_channels(opengl: OpenGL) -> None:
     np.testing.assert_allclose(opengl.E(scene), known, rtol=1e-12)
 
 
+def test_one_pixel_is_a_mean_and_one_ray_is_not(opengl: OpenGL) -> None:
+    """A lamp right of x = 0.1, at distance 1 from a pixel that is 1 wide there: 40 %, all or nothing."""
+    lamp = Surface("lamp", Quad((0.1, -5, 0), (9, 0, 0), (0, 9, 0)), GREY, AreaLight((1.0, 2.0, 4.0)))
+    pixel = Pinhole((0, 0, 1), (0, 0, 0), (0, 1, 0), 2 * math.degrees(math.atan(0.5)), 1, 1)
+    np.testing.assert_allclose(opengl.E(Scene((lamp,), pixel)), [[(0.4, 0.8, 1.6)]], rtol=1 / 400)
+    for x, seen in ((0.11, 1), (0.09, 0)):
+        ray = RadianceMeter((x, 0, 1), (0, 0, -1))
+        np.testing.assert_allclose(opengl.E(Scene((lamp,), ray)), [[(seen, 2 * seen, 4 * seen)]], rtol=1e-12)
+
+
 def test_a_back_emits_where_it_is_said_to(opengl: OpenGL, planted: Callable[[str], OpenGL]) -> None:
     scene = everything(PERSPECTIVE)
     hits = first_hits(scene).surface.reshape(9, 14)
@@ -373,3 +383,11 @@ def test_what_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         opengl_platform.platform()
     there["libGL.so.1"] = True
     assert opengl_platform.platform() == "egl"
+
+
+def test_a_missing_driver_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library that chooses among drivers is there, and is told of none."""
+    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere.json")
+    monkeypatch.setenv("PYOPENGL_PLATFORM", "egl")
+    with pytest.raises(RendererFailed, match=r"egl gives no OpenGL context.*apt install libegl-mesa0"):
+        RendererProcess("pyrender")
