@@ -335,7 +335,7 @@ def block_over_plane() -> Case:
 
 def lamp_turned_away() -> Case:
     """Two lamps, of which one shows the floor its back."""
-    away = Quad((0.5, 1.0, -0.9), (0.2, 0.1, 0.9), (0.8, -0.1, 0.0))
+    away = Quad((0.5, 1.0, -0.9), (0.1, 0.0, 0.9), (0.9, 0.2, -0.1))
     return direct_case(
         "lamp-turned-away",
         "A lamp turned away from the floor, which gives nothing, beside one that lights it",
