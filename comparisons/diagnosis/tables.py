@@ -132,6 +132,7 @@ OCCLUDED = HIDDEN | {
 
 SIZED = frozenset(("furnace-tiny", "furnace-huge"))
 FAR = frozenset(("directional", "constant", "environment_map", "spherical_harmonics"))
+SHAPES = frozenset(("sphere", "mesh", "disk", "ellipsoid"))  # besides quads, which all scenes have
 STRETCHED = frozenset(("disk", "ellipsoid"))
 DRAWN = frozenset(("area", "constant", "environment_map", "spherical_harmonics"))
 DELTA = frozenset(("point", "spot", "directional"))

@@ -92,11 +92,17 @@ def not_lit_by_lamps(comparisons: Sequence[Comparison]) -> list[Comparison]:
 
 
 def only_where_hidden(comparisons: Sequence[Comparison]) -> bool:
-    """Whether only such cases fail in which one thing hides another, and not beside one about just that."""
-    failed = [c.case for c in comparisons if c.verdict == "fail"]
-    right = set(names(passed(comparisons)))
-    about_it = tables.HIDDEN & set(failed) or not tables.HIDDEN & right
-    return bool(about_it) and tables.OCCLUDED.issuperset(failed)
+    """Whether only such cases fail in which one thing hides another, and not beside one that is just about that.
+
+    Unless what hides has another shape in all that fail: round things, say, where flat ones cast their shadows.
+    """
+    failed = [c for c in comparisons if c.verdict == "fail"]
+    right = [c for c in passed(comparisons) if c.case in tables.HIDDEN]
+    shapes = tables.SHAPES.intersection(*(c.features for c in failed)).difference(
+        *(c.features for c in right)
+    )
+    about_it = any(c.case in tables.HIDDEN for c in failed) or not right or bool(shapes)
+    return about_it and tables.OCCLUDED.issuperset(names(failed))
 
 
 def begins_late(failed: Sequence[Comparison]) -> bool:

@@ -19,7 +19,15 @@ import numpy as np
 
 from comparisons.diagnosis import tables
 from comparisons.diagnosis.clue import Clue
-from comparisons.diagnosis.views import begins_late, direct_fails, only_lamps, only_where_hidden, passed, some
+from comparisons.diagnosis.views import (
+    begins_late,
+    direct_fails,
+    names,
+    only_lamps,
+    only_where_hidden,
+    passed,
+    some,
+)
 from comparisons.renderers import canonical
 from comparisons.results import BounceResult, Comparison
 
@@ -155,7 +163,7 @@ def clues_of_ways(comparisons: Sequence[Comparison], others: Sequence[Comparison
 def _of_numbers(heard: Heard) -> Iterator[Clue]:
     """What other random numbers make of it."""
     if heard.right and not heard.alike:
-        yield Clue(f"with other random numbers it is right ({some(heard.right)})", {"sampler": 6})
+        yield Clue(f"with other random numbers it is right ({some(heard.right)})", {"sampler": 10})
     elif heard.unlike:
         text = f"with other random numbers it is wrong by something else ({some(heard.unlike)})"
         yield Clue(text, {"sampler": 2.5})
@@ -181,7 +189,7 @@ def _of_next_event(comparisons: Sequence[Comparison], right: Sequence[str]) -> I
     text = f"found by chance, the light is right ({some(right)})"
     if begins_late(failed):
         yield Clue(f"{text}, and by next event wrong from a later bounce on", {"series": 2})
-    elif all(tables.FAR & set(c.features) for c in failed):
+    elif all(tables.FAR & set(c.features) and "area" not in c.features for c in failed):
         open_sky = [
             c for c in passed(comparisons) if tables.FAR & set(c.features) and c.case not in tables.OCCLUDED
         ]
@@ -197,6 +205,12 @@ def _of_next_event(comparisons: Sequence[Comparison], right: Sequence[str]) -> I
         yield Clue(f"{text}, and only what stands in its way makes it wrong", {"G": 6, "R": -2})
     else:
         yield Clue(text, {"estimator": 3.5, "G": 1, "R": -3, "sensor": -3, "series": -2})
+        shadows = [c for c in passed(comparisons) if tables.DELTA & set(c.features)]
+        if len(shadows) >= 2:
+            text = (
+                f"the way to points and directions, where nothing is drawn, is free ({some(names(shadows))})"
+            )
+            yield Clue(text, {"estimator": 2.5, "G": -2})
 
 
 def _of_chance(comparisons: Sequence[Comparison], right: Sequence[str]) -> Iterator[Clue]:
