@@ -213,12 +213,12 @@ def test_a_package_that_is_not_installed_is_no_reason_to_lose_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def missing(package: str) -> str:
-        if package == "mitsuba":
+        if package in ("mitsuba", "pyrender"):
             raise PackageNotFoundError(package)
         return version(package)
 
-    monkeypatch.setattr("lightproof.validate.version", missing)
-    monkeypatch.setattr("comparisons.renderers.mitsuba.version", missing)
+    for module in ("lightproof.validate", "comparisons.renderers.mitsuba", "comparisons.renderers.registry"):
+        monkeypatch.setattr(f"{module}.version", missing)
     assert validate(tmp_path, "furnace-sphere", "--renderer", "reference").exit_code == 0
     document = json.loads((tmp_path / "out" / "results.json").read_bytes())
     assert document["provenance"]["versions"]["mitsuba"] is None

@@ -8,13 +8,19 @@ import numpy as np
 import pytest
 
 from reference_tracer.random_walk import render
-from scenes.library import case, cie_171, direct_light, direct_light_of_lights, rectangles
+from scenes.library import case, cie_171, direct_light, direct_light_of_lights, rectangles, textures
 
-NAMES = [*direct_light.CASES, *direct_light_of_lights.CASES, *rectangles.CASES]
+NAMES = [*direct_light.CASES, *direct_light_of_lights.CASES, *rectangles.CASES, *textures.CASES]
 NAMES += [name for name in cie_171.CASES if name != "cie-171-glass"]
 SIZE, REPLICATES = 8, 16
 
-SPP = {"wall-by-reflection": 6144, "wall-behind-a-shelf": 6144, "hundred-tiles": 512, "cie-171-opening": 4096}
+SPP = {
+    "wall-by-reflection": 6144,
+    "wall-behind-a-shelf": 6144,
+    "hundred-tiles": 512,
+    "cie-171-opening": 4096,
+    "lamp-turned-away": 4096,  # half of them choose the lamp that gives nothing
+}
 """Samples per pixel, where they are not 1024."""
 
 RESOLUTION = 0.008

@@ -92,11 +92,11 @@ WRONG = {
     "a name with parts": ('[renderers."my:own"]', "'my:own': expected a name of letters, digits"),
     "no kind": (
         table(command=""),
-        "mine: expected one of the keys command, worker, object; found scene, images",
+        "mine: expected one of the keys command, worker, object, mitsuba; found scene, images",
     ),
     "two kinds": (
         table(worker='"x.py"'),
-        "expected one of the keys command, worker, object; found command and worker",
+        "expected one of the keys command, worker, object, mitsuba; found command and worker",
     ),
     "a mistyped key": (
         table(imgaes='"layers"'),

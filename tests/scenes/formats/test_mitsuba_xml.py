@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 from comparisons.renderers import Unsupported
 from comparisons.renderers.mitsuba import MitsubaRenderer
+from comparisons.renderers.mitsuba_integrators import Pass, properties
+from comparisons.renderers.mitsuba_names import Form
 from scenes import (
     Affine,
     AreaLight,
@@ -169,7 +171,8 @@ DEPTH, SPP, SEED = 6, 4, 3
 
 
 def from_adapter(mitsuba: MitsubaRenderer, scene: Scene) -> Array:
-    image = mi.render(mitsuba._load_scene(scene), integrator=mitsuba._path(DEPTH), spp=SPP, seed=SEED)
+    path = mitsuba._integrator(properties(Form(), Pass(DEPTH)))
+    image = mi.render(mitsuba._load_scene(scene), integrator=path, spp=SPP, seed=SEED)
     return np.array(image, dtype=float)
 
 
