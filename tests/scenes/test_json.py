@@ -234,7 +234,8 @@ def test_every_case(name: str, tmp_path: Path) -> None:
     assert Scene.from_json(content).to_json() == content
 
 
-patient = settings(reproducible, suppress_health_check=list(HealthCheck))
+# so many that every type is among them, whatever constants hypothesis finds in the modules that happen to be loaded
+patient = settings(reproducible, max_examples=300, suppress_health_check=list(HealthCheck))
 
 
 def test_any_scene() -> None:
