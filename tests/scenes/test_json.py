@@ -182,13 +182,14 @@ def camera(kind: Any, *fields: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]
     return tried(make, vectors, edges, fields[0], wholes, wholes, *fields[1:])
 
 
-sensors = st.one_of(
+SENSORS: tuple[st.SearchStrategy[Any], ...] = (
     camera(Pinhole, st.floats(1, 170)),
     camera(ThinLens, st.floats(1, 170), sizes, sizes),
     camera(Orthographic, sizes),
     st.builds(RadianceMeter, vectors, axes),
     st.builds(IrradianceMeter, vectors, axes),
 )
+sensors = st.one_of(*SENSORS)
 
 
 @st.composite
@@ -205,7 +206,7 @@ def surfaces(draw: st.DrawFn, name: str, channels: int, emits: bool) -> Surface:
 
 
 @st.composite
-def scenes(draw: st.DrawFn) -> Scene:
+def scenes(draw: st.DrawFn, sensors: st.SearchStrategy[Any] = sensors) -> Scene:
     channels = draw(st.integers(1, 5))
     names = draw(
         st.lists(st.text(st.characters(codec="utf-8"), min_size=1), min_size=1, max_size=4, unique=True)
@@ -234,17 +235,16 @@ def test_every_case(name: str, tmp_path: Path) -> None:
     assert Scene.from_json(content).to_json() == content
 
 
-# so many that every type is among them, whatever constants hypothesis finds in the modules that happen to be loaded
-patient = settings(reproducible, max_examples=300, suppress_health_check=list(HealthCheck))
+patient = settings(reproducible, max_examples=60, suppress_health_check=list(HealthCheck))
 
 
-def test_any_scene() -> None:
-    """There and back, with every type among them."""
+def there_and_back(sensors: st.SearchStrategy[Any]) -> set[type]:
+    """Scenes with these sensors, to JSON and back; the types that were among them."""
     drawn: set[type] = set()
 
     @patient
-    @given(scenes())
-    def goes_there_and_back(scene: Scene) -> None:
+    @given(scenes(sensors))
+    def goes(scene: Scene) -> None:
         content = scene.to_json()
         again = Scene.from_json(content)
         assert again == scene
@@ -252,7 +252,17 @@ def test_any_scene() -> None:
         assert again.to_json() == content
         drawn.update(type(part) for part in parts_of(scene))
 
-    goes_there_and_back()
+    goes()
+    return drawn
+
+
+def test_any_scene() -> None:
+    """With every type among them.
+
+    Sensors come in turn: what hypothesis draws depends on the modules that happen to be loaded, and one of five was
+    not always among a hundred.
+    """
+    drawn = set[type]().union(*map(there_and_back, SENSORS))
     unions = (Shape, Material, Texture, Light, Sensor)
     assert drawn >= {kind for union in unions for kind in get_args(union)} | {AreaLight, PolarRange, Image}
 
