@@ -24,7 +24,6 @@ from comparisons.renderers import RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Comparison, Hint, Images, Look, TotalResult
 from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
-from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Biases, Means, biases, denominators
 from comparisons.statistics.rare_events import event_size, least_error
 from comparisons.total import Totalling, counted, said_of
@@ -216,20 +215,16 @@ class Comparing:
         )
 
     def _measure(self, k: int, sampler: Sampler, look: int) -> Measured:
-        replicates = sampler.regions[k]
-        return Measured(
+        return Measured.of(
+            sampler.regions[k],
+            self._biases(k, sampler, look),
+            self.truth_means[:, k],
+            self.denominators[:, k],
             bounce=k,
             channels=channel_names(self.case.scene.channels, self.case.wavelengths),
-            biases=self._biases(k, sampler, look),
-            mean=replicates.mean,
-            truth=self.truth_means[:, k],
-            denominator=self.denominators[:, k],
-            skewness=skewness.of_the_mean(replicates) * np.sqrt(replicates.count),
-            dominance=replicates.dominance,
             look=look,
-            replicates=replicates.count,
-            spp=sampler.spp * replicates.count,
-            enough=replicates.count >= sampler.enough,
+            spp=sampler.spp,
+            least=sampler.enough,
         )
 
     def _result(

@@ -34,7 +34,6 @@ from comparisons.renderers import Entry, Images, RendererError, Unsupported
 from comparisons.results import Look, TotalResult, Verdict
 from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Settings
-from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Biases, Means, Range, biases, denominators
 from comparisons.statistics.rare_events import event_size, least_error
 from comparisons.verdict import Measured, judge
@@ -232,19 +231,16 @@ class _One:
                 self.of.regions.pixels() * sampler.spp * replicates.count,
             ),
         )
-        return Measured(
+        return Measured.of(
+            replicates,
+            up_to(found, self.tail),
+            self.mean[:, 0],
+            self.denominator,
             bounce=self.truth.last if self.scale else 0,
             channels=channel_names(self.of.case.scene.channels, self.of.case.wavelengths),
-            biases=up_to(found, self.tail),
-            mean=replicates.mean,
-            truth=self.mean[:, 0],
-            denominator=self.denominator,
-            skewness=skewness.of_the_mean(replicates) * np.sqrt(replicates.count),
-            dominance=replicates.dominance,
             look=look,
-            replicates=replicates.count,
-            spp=sampler.spp * replicates.count,
-            enough=replicates.count >= sampler.enough,
+            spp=sampler.spp,
+            least=sampler.enough,
         )
 
     def _undecided(self, measured: Measured) -> str:

@@ -47,28 +47,16 @@ def by_totals(
     start, shown = time.monotonic(), refused.renderer
     name = guest.name if guest else canonical(shown)
     known = declared(list(settings.known), case.name, name, refused.renderer_version)
-    count = 1 + len(SCALES)
 
     def show(share: float) -> None:
         observer.progressed(share, "totals, with darker and darker surfaces")
 
-    work = Totalling(
-        case,
-        name,
-        series,
-        settings,
-        crew,
-        guest.traits if guest else traits(name),
-        known,
-        count * case.scene.channels,
-        show,
-    )
+    others = (1 + len(SCALES)) * case.scene.channels
+    of = guest.traits if guest else traits(name)
     try:
-        dark, sampler = work.row(0.0, settings.budget / count)
-        totals = list[TotalResult]()
-        for scale in SCALES:
-            if "error" not in counted([dark, *totals]):  # what has crashed or hung once will do so again
-                totals.append(work.row(scale, settings.budget / count)[0])
+        (dark, sampler), totals = _rows(
+            Totalling(case, name, series, settings, crew, of, known, others, show)
+        )
     finally:
         crew.dismiss(name)
     bounces = [dark.result] if dark.result else []
@@ -91,6 +79,17 @@ def by_totals(
         notes=[later, *_unsaid(dark)],
         **(_seen(sampler, series, case, shown, name, settings, folder) if bounces and sampler else {}),
     )
+
+
+def _rows(work: Totalling) -> tuple[tuple[TotalResult, Sampler | None], list[TotalResult]]:
+    """For s = 0, with the images behind it, and for all other s."""
+    budget = work.settings.budget / (1 + len(SCALES))
+    dark, sampler = work.row(0.0, budget)
+    totals = list[TotalResult]()
+    for scale in SCALES:
+        if "error" not in counted([dark, *totals]):  # what has crashed or hung once will do so again
+            totals.append(work.row(scale, budget)[0])
+    return (dark, sampler), totals
 
 
 def _unsaid(dark: TotalResult) -> list[str]:

@@ -27,7 +27,9 @@ from comparisons.results import (
     TileResult,
     Verdict,
 )
+from comparisons.statistics import skewness
 from comparisons.statistics.intervals import Biases, Range
+from comparisons.statistics.moments import Moments
 from scenes import Tolerance
 
 Array = NDArray[np.float64]
@@ -61,6 +63,43 @@ class Measured:
     replicates: int
     spp: int
     enough: bool
+
+    @classmethod
+    def of(
+        cls,
+        replicates: Moments,
+        found: Biases,
+        truth: Array,
+        denominator: Array,
+        *,
+        bounce: int,
+        channels: Sequence[str],
+        look: int,
+        spp: int,
+        least: int,
+    ) -> Measured:
+        """What replicates tell.
+
+        Args:
+            replicates: moments of their means over regions, ``(regions, channels)``.
+            found, truth, denominator, bounce, channels, look: as above.
+            spp: samples per pixel of one replicate.
+            least: replicates that a verdict needs.
+        """
+        return cls(
+            bounce=bounce,
+            channels=channels,
+            biases=found,
+            mean=replicates.mean,
+            truth=truth,
+            denominator=denominator,
+            skewness=skewness.of_the_mean(replicates) * np.sqrt(replicates.count),
+            dominance=replicates.dominance,
+            look=look,
+            replicates=replicates.count,
+            spp=spp * replicates.count,
+            enough=replicates.count >= least,
+        )
 
 
 def judge(measured: Measured, tolerance: Tolerance, regions: Regions, known: Declared | None) -> BounceResult:

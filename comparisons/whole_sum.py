@@ -157,9 +157,8 @@ class Series:
         means = powers[:, None] * self.terms.mean(axis=(1, 2))
         with np.errstate(invalid="ignore"):
             tail = np.where(rest > 0, rest * self.bound, 0.0) + np.zeros_like(mean)
-        if (
-            scale == 1
-        ):  # else of each later bounce another share is left, and all of them together have a bound
+        # of a darker scene another share is left of each later bounce, and all of them together have a bound
+        if scale == 1:
             # the errors of bounces that come from the same walks add, at most
             mean, stderr = mean + self.later, stderr + self.later_error
             means = np.concatenate([means, self.later.mean(axis=(0, 1))[None]])

@@ -117,6 +117,7 @@ def _why(comparison: Comparison) -> str:
         for t in comparison.totals
         if t.verdict in ("fail", "known") and t.result is not None
     ]
+    said += [f"{t.verdict}: {t.message}" for t in comparison.totals if t.verdict in ("inconclusive", "error")]
     left_open = [str(b.bounce) for b in comparison.bounces if b.verdict == "inconclusive"]
     return "; ".join([*said, *([f"bounces {', '.join(left_open)} open"] if left_open else [])])
 

@@ -153,7 +153,7 @@ def _of_lights(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     plain = [c for c in comparisons if not tables.SPECIAL & set(c.features)]
     delta = [c for c in plain if tables.DELTA & set(c.features)]
     area = [c for c in plain if "area" in c.features]
-    wrong_delta, wrong_area = ([c for c in some if indirect_fails(c)] for some in (delta, area))
+    wrong_delta, wrong_area = ([c for c in kind if indirect_fails(c)] for kind in (delta, area))
     if len(delta) < 2 or len(area) < 3 or any(b.verdict == "fail" for c in plain for b in c.bounces[:1]):
         return
     if len(wrong_delta) == len(delta) and wrong_area:
@@ -164,9 +164,8 @@ def _of_lights(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     if right_delta and len(direct) >= max(3, len(area) / 2):
         text = f"light of lamps with an extent is wrong, that of points and directions right ({some(names(delta))})"
         yield Clue(text, {"estimator": 2, "R": -2, "E": 0.5})
-    if (
-        drawn := {f for c in comparisons if c.verdict == "fail" for f in c.features}
-    ) and not drawn & tables.DRAWN:
+    failed = {f for c in comparisons if c.verdict == "fail" for f in c.features}
+    if failed and not failed & tables.DRAWN:
         yield Clue("only light of points and directions is wrong, where nothing is drawn", {"estimator": -3})
     sphere = next((c for c in comparisons if c.case == "furnace-sphere"), None)
     if sphere is not None and wrong_area:

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
-from comparisons.renderers.protocol import Images, RendererFailed
+from comparisons.renderers.finite import check_finite
+from comparisons.renderers.protocol import RendererFailed
 from scenes.formats import finished
 from scenes.formats.exr import ImageError
 from scenes.formats.finished import Finished
@@ -46,15 +45,5 @@ def read(path: Path, layers: bool, shape: tuple[int, int, int]) -> Finished:
         images = images.mean(axis=-1, keepdims=True)
     if images.shape[-1] != channels:
         raise RendererFailed(f"wrote an image of {images.shape[-1]} channels, expected {channels}")
-    _check_finite(images)
+    check_finite(images, "wrote")
     return Finished(images, found.summed, found.rounding)
-
-
-def _check_finite(images: Images) -> None:
-    wrong = ~np.isfinite(images).all(axis=-1)
-    if wrong.any():
-        _, y, x = np.argwhere(wrong)[0]
-        raise RendererFailed(
-            f"wrote {wrong.sum()} of {wrong.size} pixels that are not finite (NaN or infinite), the first in row "
-            f"{y}, column {x}"
-        )

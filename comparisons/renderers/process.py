@@ -23,6 +23,7 @@ import numpy as np
 from comparisons.renderers import limits
 from comparisons.renderers.config import ConfigError
 from comparisons.renderers.entry import Entry
+from comparisons.renderers.finite import check_finite
 from comparisons.renderers.messages import (
     Failed,
     FirstHits,
@@ -274,7 +275,7 @@ def check_image(image: Images, bounces: Sequence[int], scene: Scene) -> None:
         raise RendererFailed(
             f"returned an image of shape {image.shape}, expected {shape}: (bounces, height, width, channels)"
         )
-    _check_finite(image, [f"bounce {k}" for k in bounces])
+    check_finite(image, "returned", [f"bounce {k}" for k in bounces])
 
 
 def check_total(image: Images, scene: Scene) -> None:
@@ -287,14 +288,4 @@ def check_total(image: Images, scene: Scene) -> None:
         raise RendererFailed(
             f"returned a total of shape {image.shape}, expected {scene.shape}: (height, width, channels)"
         )
-    _check_finite(image[None], ["the total"])
-
-
-def _check_finite(images: Images, names: Sequence[str]) -> None:
-    wrong = ~np.isfinite(images).all(axis=-1)
-    if wrong.any():
-        i, y, x = np.argwhere(wrong)[0]
-        raise RendererFailed(
-            f"returned {wrong.sum()} of {wrong.size} pixels that are not finite (NaN or infinite), the first in "
-            f"{names[i]}, row {y}, column {x}"
-        )
+    check_finite(image[None], "returned", ["the total"])

@@ -37,9 +37,7 @@ Array = NDArray[np.float64]
 SHARE = 0.5
 """Of the tiles' standard error (root mean square) that each of them has at least."""
 
-_ROUNDING = (
-    2.0**-24
-)  # of 32-bit images: a noiseless bias of exactly the tolerance lies on neither side by that
+_ROUNDING = 2.0**-24  # of 32-bit images, by which a noiseless bias of just the tolerance is not outside
 _NO_DEVIATION = 1e-4  # relative: rounding in single precision stays far below it, a tolerance far above
 
 
