@@ -22,7 +22,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Protocol
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,7 +34,8 @@ from comparisons.renderers.mitsuba_particles import refuse_what_particles_cannot
 from comparisons.renderers.mitsuba_samplers import calls
 from comparisons.renderers.mitsuba_scene import scene_dict
 from comparisons.renderers.protocol import Hits, Images, RendererFailed, Unsupported
-from scenes import Lambertian, Scene
+from scenes import Scene
+from scenes.variations import black
 
 Array = NDArray[np.float64]
 Dict = dict[str, Any]
@@ -91,7 +91,7 @@ class MitsubaRenderer:
         """
         differences = [difference(self._form, k) for k in bounces]
         images = {
-            image: (_black(scene) if image.black else scene, properties(self._form, image))
+            image: (black(scene) if image.black else scene, properties(self._form, image))
             for image in passes(differences)
         }
         total, sums = np.zeros((len(bounces), *scene.shape)), np.zeros(len(bounces))
@@ -206,13 +206,6 @@ def supports(form: str = "scalar_rgb") -> dict[str, Sequence[str]]:
         "images": (*images, "first hits"),
         "seed": ("yes",),
     }
-
-
-def _black(scene: Scene) -> Scene:
-    """The same scene, nothing reflects."""
-    black = Lambertian((0.0,) * scene.channels)
-    surfaces = tuple(msgspec.structs.replace(surface, material=black) for surface in scene.surfaces)
-    return msgspec.structs.replace(scene, surfaces=surfaces)
 
 
 def _refuse_cancellation(bounces: Sequence[int], terms: Array, sums: Array) -> None:
