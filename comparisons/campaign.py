@@ -16,6 +16,7 @@ from comparisons.renderers import Renderer, RendererError, canonical
 from comparisons.renderers.protocol import NO_BOUNCES
 from comparisons.results import Comparison
 from comparisons.settings import Observer, Settings
+from comparisons.shown import write_truth
 from comparisons.totals_only import by_totals
 from comparisons.truth import truth_of
 from comparisons.whole_sum import Series
@@ -27,10 +28,11 @@ def run(
     cases: Iterable[Case],
     renderers: Sequence[str | Renderer],
     settings: Settings,
-    folder: Path,
+    folder: Path | None,
     observer: Observer,
 ) -> Iterator[Comparison]:
-    """Compare, one after the other; images go to ``folder/images``, one folder per case.
+    """Compare, one after the other; images go to ``folder/images``, one folder per case;
+    without a folder there are none, and no metrics.
 
     Renderers are names, or objects of this process; see ``in_process``.
 
@@ -87,17 +89,15 @@ def _against_all(
     case: Case,
     contenders: Sequence[_Contender],
     settings: Settings,
-    folder: Path,
+    folder: Path | None,
     crew: Crew,
     observer: Observer,
 ) -> Iterator[Comparison]:
     """The truth once, then every renderer against it."""
     observer.started(case.name, contenders[0].name)
-    images = folder / "images" / case.name
-    images.mkdir(parents=True, exist_ok=True)
     try:
         truth = truth_of(case, crew, lambda share: observer.progressed(share, "estimating the truth"))
-        exr.write_bounces(images / "truth.exr", truth.mean, truth.stderr, wavelengths=case.wavelengths)
+        write_truth(folder, case, truth.mean, truth.stderr)
         series = Series.of(case, truth) if settings.total else None
     except (RendererError, exr.ImageError, OSError) as error:
         for contender in contenders:
@@ -119,7 +119,7 @@ def _against(
     truth: Truth,
     series: Series | None,
     settings: Settings,
-    folder: Path,
+    folder: Path | None,
     crew: Crew,
     observer: Observer,
 ) -> Comparison:

@@ -17,13 +17,13 @@ from comparisons.crew import Crew
 from comparisons.hints import BLOCKS, hints_of_terms
 from comparisons.in_process import InProcess
 from comparisons.known import Deviation, declared
-from comparisons.metrics import partial_sum_metrics, term_metrics
 from comparisons.notes import notes
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, Unsupported, canonical, traits
-from comparisons.results import BounceResult, Comparison, Hint, Images, Look, TotalResult
+from comparisons.results import BounceResult, Comparison, Hint, Look, TotalResult
 from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
 from comparisons.settings import Observer, Settings
+from comparisons.shown import shown
 from comparisons.statistics.intervals import Biases, Means, biases, denominators
 from comparisons.statistics.rare_events import event_size, least_error
 from comparisons.total import Totalling, counted, said_of
@@ -33,7 +33,6 @@ from comparisons.whole_sum import Series
 from scenes import Case, Estimate, Truth
 from scenes.channels import channel_names
 from scenes.features import features
-from scenes.formats import exr
 
 Array = NDArray[np.float64]
 
@@ -79,8 +78,8 @@ class Comparing:
         self.found: dict[int, BounceResult] = {}
         self.looks: list[Look] = []
 
-    def run(self, folder: Path) -> Comparison:
-        """Render, judge, write the images; a renderer's failure is a result too."""
+    def run(self, folder: Path | None) -> Comparison:
+        """Render, judge, write the images where there is a folder for them; a failure is a result too."""
         start, version = time.monotonic(), ""
         try:
             version = self.crew.version(self.name)
@@ -228,21 +227,14 @@ class Comparing:
         )
 
     def _result(
-        self, sampler: Sampler, version: str, folder: Path, seconds: float, totals: list[TotalResult]
+        self, sampler: Sampler, version: str, folder: Path | None, seconds: float, totals: list[TotalResult]
     ) -> Comparison:
         bounces = [self.found[k] for k in sorted(self.found)]
         mean, stderr = (
             np.stack([getattr(sampler.pixels[b.bounce], name) for b in bounces])
             for name in ("mean", "standard_error")
         )
-        stem = Path("images", self.case.name)
-        images = Images(
-            truth=(stem / "truth.exr").as_posix(),
-            renderer=(stem / f"{self.shown_name.replace(':', '-')}.exr").as_posix(),
-        )
         made = f"{self.case.name}, {self.name} {version}, first seed {first_seed(self.settings.seed)}"
-        header = {"lightproof:source": made}
-        exr.write_bounces(folder / images.renderer, mean, stderr, header, self.case.wavelengths)
         by_bounce = overall(b.verdict for b in bounces)
         return Comparison(
             **about(self.case, self.shown_name, self.settings),
@@ -253,15 +245,13 @@ class Comparing:
             bounces=bounces,
             renderer_version=version,
             looks=self.looks,
-            metrics=partial_sum_metrics(mean, self.truth.mean),
-            term_metrics=term_metrics(mean, self.truth.mean),
-            images=images,
             truth_source=self.truth.source,
             message="; ".join(filter(None, (_undecided(bounces, self.settings.budget), said_of(totals)))),
             log=[line for total in totals for line in total.log],
             notes=self.notes + notes(bounces, sampler),
             hints=self._hints(mean) if by_bounce == "fail" else [],
             totals=totals,
+            **shown(folder, self.case, self.shown_name, made, mean, stderr, self.truth.mean),
         )
 
     def _hints(self, mean: Array) -> list[Hint]:

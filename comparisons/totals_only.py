@@ -15,16 +15,17 @@ from msgspec.structs import replace
 from comparisons.crew import Crew
 from comparisons.in_process import InProcess
 from comparisons.known import declared
-from comparisons.metrics import partial_sum_metrics, term_metrics
 from comparisons.renderers import canonical, traits
-from comparisons.results import Comparison, Images, TotalResult
+from comparisons.results import Comparison, TotalResult
 from comparisons.sequential import Sampler, first_seed
 from comparisons.settings import Observer, Settings
+from comparisons.shown import shown, write_truth
 from comparisons.total import SCALES, Totalling, counted, said_of
 from comparisons.verdict import overall
 from comparisons.whole_sum import Series
 from scenes import Case
-from scenes.formats import exr
+
+_TRUTH = "truth-bounce0"
 
 
 def by_totals(
@@ -35,17 +36,17 @@ def by_totals(
     crew: Crew,
     observer: Observer,
     guest: InProcess | None,
-    folder: Path,
+    folder: Path | None,
 ) -> Comparison:
     """Hold its totals against the sums, in equal parts of the budget.
 
     Args:
         refused: the comparison by bounces that came to nothing.
         case, series, settings, crew, observer, guest: as of ``Comparing``.
-        folder: for images.
+        folder: for images; None for none.
     """
-    start, shown = time.monotonic(), refused.renderer
-    name = guest.name if guest else canonical(shown)
+    start, renderer = time.monotonic(), refused.renderer
+    name = guest.name if guest else canonical(renderer)
     known = declared(list(settings.known), case.name, name, refused.renderer_version)
 
     def show(share: float) -> None:
@@ -77,7 +78,7 @@ def by_totals(
         message=said_of([dark, *totals]),
         log=[line for total in (dark, *totals) for line in total.log],
         notes=[later, *_unsaid(dark)],
-        **(_seen(sampler, series, case, shown, name, settings, folder) if bounces and sampler else {}),
+        **(_seen(sampler, series, case, renderer, name, settings, folder) if bounces and sampler else {}),
     )
 
 
@@ -97,18 +98,17 @@ def _unsaid(dark: TotalResult) -> list[str]:
 
 
 def _seen(
-    sampler: Sampler, series: Series, case: Case, shown: str, name: str, settings: Settings, folder: Path
+    sampler: Sampler,
+    series: Series,
+    case: Case,
+    renderer: str,
+    name: str,
+    settings: Settings,
+    folder: Path | None,
 ) -> dict[str, object]:
     """Images and metrics of bounce 0."""
     mean, error = sampler.pixels[0].mean[None], sampler.pixels[0].standard_error[None]
-    stem = Path("images", case.name)
-    images = Images(
-        truth=(stem / "truth-bounce0.exr").as_posix(),
-        renderer=(stem / f"{shown.replace(':', '-')}.exr").as_posix(),
-    )
     made = f"{case.name}, {name}, black surfaces, first seed {first_seed(settings.seed)}"
     truth, errors = series.terms[:1], series.errors[:1]
-    exr.write_bounces(folder / images.truth, truth, errors, wavelengths=case.wavelengths)
-    exr.write_bounces(folder / images.renderer, mean, error, {"lightproof:source": made}, case.wavelengths)
-    metrics = partial_sum_metrics(mean, truth), term_metrics(mean, truth)
-    return {"images": images, "metrics": metrics[0], "term_metrics": metrics[1]}
+    write_truth(folder, case, truth, errors, _TRUTH)
+    return shown(folder, case, renderer, made, mean, error, truth, _TRUTH)

@@ -106,8 +106,8 @@ def compare(
     for name in [renderer for renderer in renderers if isinstance(renderer, str)] if why else ():
         for case in [case for case in cases if _failed(comparisons, case, name)][: inquiry.CASES]:
             observer.started(f"{case.name}, asked again", name)
-            asked = replace(settings, budget=min(settings.budget, inquiry.BUDGET))
-            answers, told = inquiry.inquire(case, inquiry.RELATIONS, name, other_ways(name), asked, folder)
+            asked = replace(settings, budget=min(settings.budget, inquiry.BUDGET), total=False)
+            answers, told = inquiry.inquire(case, inquiry.RELATIONS, name, other_ways(name), asked)
             related.extend(answers)
             others.setdefault(name, []).extend(told)
             write()

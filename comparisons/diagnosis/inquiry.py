@@ -8,7 +8,6 @@ other ways     light by chance alone, by next event alone, with other random num
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from comparisons import campaign, relations
 from comparisons.relations import CHEAP_WALKS, Subject, Task
@@ -32,7 +31,6 @@ def inquire(
     renderer: str | Renderer,
     ways: Sequence[str | Renderer],
     settings: Settings,
-    folder: Path,
 ) -> tuple[list[RelationResult], list[Comparison]]:
     """What these relations find in the case, and what the other ways make of it.
 
@@ -42,12 +40,11 @@ def inquire(
         renderer: of which it failed.
         ways: its other ways to look for light, called as in ``ways.WAYS``.
         settings: of each question.
-        folder: for the images.
     """
     subject = Subject(case.name, _small(case.scene), min(case.bounces, MOST_BOUNCES), case.wavelengths)
     tasks = [Task(relations.RELATIONS[name], subject, walks=CHEAP_WALKS) for name in asked]
     answers = list(relations.run(tasks, [renderer], settings, Silent()))
-    others = campaign.run([case], ways, settings, folder, Silent()) if ways else ()
+    others = campaign.run([case], ways, settings, None, Silent()) if ways else ()
     return answers, list(others)
 
 

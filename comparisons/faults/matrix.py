@@ -18,9 +18,10 @@ from msgspec.structs import replace
 
 from comparisons.diagnosis import diagnose
 from comparisons.faults import FAULTS, SOUND_VARIANTS
+from comparisons.faults.deviation import Deviation, decisive, deviations
 from comparisons.faults.fault import Fault, Sound
 from comparisons.faults.trial import Seen, caught, seen
-from comparisons.results import BounceResult, Comparison, Diagnosis, Operator
+from comparisons.results import Comparison, Diagnosis, Operator
 
 
 class Row(Struct, frozen=True, kw_only=True):
@@ -184,44 +185,29 @@ def concluded(entry: Fault | Sound, found: Seen) -> Row:
     if first is None:
         return replace(row, nearest=_nearest(found.comparisons))
     comparison = found.comparisons[first]
-    bounce, bias, detectable = _worst(comparison)
+    worst = _worst(comparison)
     return replace(
         row,
         seconds=found.seconds[first],
         caught_by=comparison.case,
         verdict=comparison.verdict,
-        bounce=bounce,
-        bias=bias,
-        detectable_bias=detectable,
+        **(worst._asdict() if worst else {}),
         diagnosis=diagnose(found.comparisons, found.relations, found.others),
     )
 
 
-def _worst(comparison: Comparison) -> tuple[int | None, float | None, float | None]:
-    """The failed bounce that is furthest off, by how much, and what could have been seen; None in an error."""
-    failed = [_deviation(b) for b in comparison.bounces if b.verdict == "fail"]
-    return max(failed, key=lambda one: abs(one[1]) / one[2]) if failed else (None, None, None)
-
-
-def _deviation(bounce: BounceResult) -> tuple[int, float, float]:
-    tile = bounce.worst_tile
-    if bounce.decided_by == "tile":
-        return bounce.bounce, tile.bias, tile.detectable_bias
-    return bounce.bounce, bounce.bias, bounce.detectable_bias
+def _worst(comparison: Comparison) -> Deviation | None:
+    """The failed bounce that is clearest; None in an error."""
+    failed = (decisive(b) for b in comparison.bounces if b.verdict == "fail")
+    return max(failed, key=lambda one: one.clearness, default=None)
 
 
 def _nearest(comparisons: Sequence[Comparison]) -> str:
     """The bounce of which the bias came nearest to what could have been seen."""
-    seen = [
-        (abs(bias) / detectable, comparison.case, bounce.bounce, bias, detectable)
-        for comparison in comparisons
-        for bounce in comparison.bounces
-        for bias, detectable in (
-            (bounce.bias, bounce.detectable_bias),
-            (bounce.worst_tile.bias, bounce.worst_tile.detectable_bias),
-        )
+    of = [
+        (one.clearness, comparison.case, one) for comparison in comparisons for one in deviations(comparison)
     ]
-    if not seen:
+    if not of:
         return ""
-    _, name, k, bias, detectable = max(seen)
+    _, name, (k, bias, detectable) = max(of)
     return f"{name}, bounce {k}: {bias:+.2%}, detectable from {detectable:.2%}"

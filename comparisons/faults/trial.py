@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from time import monotonic
 
 from msgspec import Struct
@@ -18,6 +16,7 @@ from comparisons import campaign, relations
 from comparisons.diagnosis import diagnose, inquiry
 from comparisons.diagnosis.ways import WAYS
 from comparisons.faults import SOUND_VARIANTS
+from comparisons.faults.deviation import deviations
 from comparisons.faults.fault import Fault, Sound
 from comparisons.faults.planting import Named
 from comparisons.faults.suite import QUICK, THOROUGH, case
@@ -29,8 +28,8 @@ from comparisons.settings import Settings, Silent
 TRACER = "reference"
 """What faults are planted in."""
 
-BUDGET, THOROUGH_BUDGET, FIRST_LOOK = 1.2, 8.0, 0.2
-"""Seconds per case, of the quick ones, and of the thorough and those that the quick ones left open."""
+BUDGET, LONG_BUDGET, FIRST_LOOK = 1.2, 8.0, 0.2
+"""Seconds per case; and of those that were left open, where nothing has failed."""
 
 INQUIRY = Settings(budget=0.8, first_look=0.2, total=False)
 """How to ask again about the first cases that fail."""
@@ -61,29 +60,29 @@ class Seen(Struct, frozen=True, kw_only=True):
 def seen(entry: Fault | Sound, seed: int = 0) -> Seen:
     """What the first relation and the cases say of it, until that is clear.
 
-    Where no quick case fails, those that were left open are given more time, and the thorough ones follow.
+    Where no quick case fails, the thorough ones follow; where none of these does either, those that were left open
+    are given more time.
     """
     renderer = Named(entry.plant(create(TRACER)), entry.name)
     ways = [Named(entry.plant(create(way)), way) for way in WAYS]
     found, start = Seen(relations=_first_hits(renderer, seed)), monotonic()
-    with TemporaryDirectory() as name:
-        folder = Path(name)
 
-        def run(names: Sequence[str], budget: float) -> None:
-            settings = Settings(budget=budget, seed=seed, first_look=FIRST_LOOK, total=False)
-            for comparison in campaign.run(map(case, names), [renderer], settings, folder, Silent()):
-                found.comparisons.append(comparison)
-                found.seconds.append(monotonic() - start)
-                if comparison.verdict == "fail":
-                    _inquire(comparison.case, renderer, ways, replace(INQUIRY, seed=seed), folder, found)
-                if isinstance(entry, Fault) and _clear(found):
-                    return
+    def run(names: Sequence[str], budget: float) -> None:
+        settings = Settings(budget=budget, seed=seed, first_look=FIRST_LOOK, total=False)
+        for comparison in campaign.run(map(case, names), [renderer], settings, None, Silent()):
+            found.comparisons.append(comparison)
+            found.seconds.append(monotonic() - start)
+            if comparison.verdict == "fail":
+                _inquire(comparison.case, renderer, ways, replace(INQUIRY, seed=seed), found)
+            if isinstance(entry, Fault) and _clear(found):
+                return
 
-        run(_quick(entry), BUDGET)
-        if isinstance(entry, Fault) and not entry.unseen and caught(found) is None:
-            run(THOROUGH, THOROUGH_BUDGET)
-        if isinstance(entry, Fault) and not entry.unseen and caught(found) is None:
-            run([c.case for c in found.comparisons if c.verdict == "inconclusive"], THOROUGH_BUDGET)
+    run(_quick(entry), BUDGET)
+    if isinstance(entry, Fault) and not entry.unseen and caught(found) is None:
+        run(THOROUGH, BUDGET)
+    if isinstance(entry, Fault) and not entry.unseen and caught(found) is None:
+        left_open = [c for c in found.comparisons if c.verdict == "inconclusive"]
+        run([c.case for c in sorted(left_open, key=_suspicion, reverse=True)], LONG_BUDGET)
     return found
 
 
@@ -99,14 +98,13 @@ def _inquire(
     renderer: Renderer,
     ways: Sequence[Renderer],
     settings: Settings,
-    folder: Path,
     found: Seen,
 ) -> None:
     """Add what is found out about a case that failed, if it is one of the first."""
     so_far = len({c.case for c in found.others})
     if so_far < inquiry.CASES:
         asked = inquiry.RELATIONS if so_far == 0 else ("first-hits",)
-        answers, others = inquiry.inquire(case(name), asked, renderer, ways, settings, folder)
+        answers, others = inquiry.inquire(case(name), asked, renderer, ways, settings)
         found.relations.extend(answers)
         found.others.extend(others)
 
@@ -120,10 +118,19 @@ def _first_hits(renderer: Renderer, seed: int) -> list[RelationResult]:
 def _clear(found: Seen) -> bool:
     """Whether further cases would hardly change what is said of it."""
     first = caught(found)
-    if first is None or len(found.comparisons) < max(LEAST_CASES, first + 1 + CASES_AFTER):
+    if first is None:
+        return False
+    if first >= len(QUICK) + len(THOROUGH):  # it took a second run, and nothing that is seen at once is left
+        return True
+    if len(found.comparisons) < max(LEAST_CASES, first + 1 + CASES_AFTER):
         return False
     late = first >= len(QUICK) or len(found.comparisons) >= max(LEAST_CASES, first + 1 + MOST_AFTER)
     return late or diagnose(found.comparisons, found.relations, found.others).suspect is not None
+
+
+def _suspicion(comparison: Comparison) -> float:
+    """How near it came to being a fail."""
+    return max((deviation.clearness for deviation in deviations(comparison)), default=0.0)
 
 
 def caught(found: Seen) -> int | None:
