@@ -104,19 +104,15 @@ def compare(
         related.append(result)
         write()
     for name in [renderer for renderer in renderers if isinstance(renderer, str)] if why else ():
-        for case in [case for case in cases if _failed(comparisons, case, name)][: inquiry.CASES]:
-            observer.started(f"{case.name}, asked again", name)
+        for failed in [c for c in comparisons if (c.renderer, c.verdict) == (name, "fail")][: inquiry.CASES]:
+            observer.started(f"{failed.case}, asked again", name)
+            case = next(case for case in cases if case.name == failed.case)
             asked = replace(settings, budget=min(settings.budget, inquiry.BUDGET), total=False)
-            answers, told = inquiry.inquire(case, inquiry.RELATIONS, name, other_ways(name), asked)
+            answers, told = inquiry.inquire(case, failed, name, other_ways(name), asked)
             related.extend(answers)
             others.setdefault(name, []).extend(told)
             write()
     return write()
-
-
-def _failed(comparisons: Sequence[Comparison], case: Case, renderer: str) -> bool:
-    mine = (c for c in comparisons if (c.case, c.renderer) == (case.name, renderer))
-    return any(c.verdict == "fail" for c in mine)
 
 
 def exit_status(outcome: Results) -> int:

@@ -7,7 +7,7 @@ show it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -16,6 +16,7 @@ from comparisons.diagnosis.clue import Clue, Weights
 from comparisons.diagnosis.patterns import Pattern, pattern
 from comparisons.diagnosis.views import (
     all_features,
+    begins_late,
     direct_fails,
     e_fails,
     has_light_from,
@@ -29,7 +30,7 @@ from comparisons.diagnosis.views import (
     passed,
     some,
 )
-from comparisons.diagnosis.ways import clues_of_ways
+from comparisons.diagnosis.ways import Heard, Way, clues_of_ways, heard
 from comparisons.results import Comparison, RelationResult
 from comparisons.verdict import overall
 
@@ -57,7 +58,7 @@ def clues(
         *_of_materials(comparisons),
         *_of_smooth_materials(comparisons),
         *_of_hints(comparisons),
-        *_of_relations(relations),
+        *_of_relations(relations, heard(comparisons, others)),
         *clues_of_ways(comparisons, others),
     ]
 
@@ -95,10 +96,20 @@ def _of_patterns(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
     for kind in dict.fromkeys(p.kind for p in patterns):
         seen = [p for p in patterns if p.kind == kind]
         weights = tables.PATTERNS[kind]
+        if kind == "none of E" and any(p.kind == "counted from another number" for p in patterns):
+            continue  # it is in another bounce
+        if kind == "counted from another number" and _all_by_one_factor(patterns):
+            continue  # a furnace where every bounce is half of the one before
         if kind == "dark from":
             lost = [p for p in seen if not any(has_light_from(c, p.first) for c in comparisons)]
             seen, weights = (lost, weights) if lost else (seen, tables.DARK_IN_SOME)
         yield Clue(f"{seen[0].text} ({some([p.case for p in seen])})", weights)
+
+
+def _all_by_one_factor(patterns: Sequence[Pattern]) -> bool:
+    """Whether more cases are off by one factor in all bounces than have them counted from another number."""
+    kinds = [p.kind for p in patterns]
+    return kinds.count("same factor") > kinds.count("counted from another number")
 
 
 def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern]) -> Iterator[Clue]:
@@ -111,7 +122,7 @@ def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
         return
     later = any(b.verdict == "fail" for c in wrong for b in c.bounces[1:])
     whole = [c for c in lit if c not in wrong and any(mean_fails(b) for b in c.bounces[1:])]
-    if whole and not any(h.kinds != ["scaled"] for c in whole for h in c.hints):
+    if whole and not any(h.kinds != ["scaled"] for c in comparisons for h in c.hints):
         text = f"E is right where later bounces are not ({some(names(whole))})"
         yield Clue(text, {"sensor": -3, "E": -1})
     if only_lamps(comparisons):
@@ -121,10 +132,10 @@ def _of_emission(comparisons: Sequence[Comparison], patterns: Sequence[Pattern])
         yield Clue(text, {"E": 1.5, "sensor": -3})
     weights: Weights = {
         "E": 1,
-        "sensor": 1.5 if later else 0,
+        "sensor": 1.5 if later else 0.5,
         "R": -2,
         "estimator": -2,
-        "series": -2,
+        "series": -0.5,
         "G": 0.5,
     }
     yield Clue(f"E is wrong ({some([c.case for c in wrong])})", weights)
@@ -212,12 +223,17 @@ def _of_shadows(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
 
 def _of_features(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     """What all failed scenes have and no other one has."""
-    failed = [all_features(c) for c in comparisons if c.verdict == "fail"]
+    wrong = [c for c in comparisons if c.verdict == "fail"]
+    failed = [all_features(c) for c in wrong]
     right = [all_features(c) for c in passed(comparisons)]
     if not failed or len(right) < 3:
         return
     common = frozenset.intersection(*failed)
+    # where direct light is right, whatever emits and whatever is sampled is
+    late = begins_late(wrong)
     for feature, weights in tables.FEATURES.items():
+        if late and not weights.keys() & {"R", "sensor"}:
+            continue
         if feature in common and not any(feature in one for one in right):
             yield Clue(
                 f"only scenes with {feature} fail ({len(failed)} of {len(failed) + len(right)})", weights
@@ -244,17 +260,29 @@ def _of_smooth_materials(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
 
 def _of_hints(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     seen: dict[str, tuple[str, str]] = {}
+    only_textures = all("image texture" in c.features for c in comparisons if c.verdict == "fail")
     for comparison in comparisons:
         for hint in comparison.hints:
             for kind in hint.kinds:
                 seen.setdefault(kind, (hint.text, comparison.case))
     for kind, (text, name) in seen.items():
         if tables.HINTS[kind]:
-            yield Clue(f"{name}: {text[0].lower()}{text[1:].rstrip('.')}", tables.HINTS[kind])
+            # a sensor does to all images what it does to one, though not every one has edges, or is bright
+            most_right = len(passed(comparisons)) > 0.8 * len(comparisons)
+            rare = (most_right and kind not in ("clipped", "soft", "shifted")) or only_textures
+            weights = {o: w / 2 if rare else w for o, w in tables.HINTS[kind].items()}
+            yield Clue(f"{name}: {text[0].lower()}{text[1:].rstrip('.')}", weights)
 
 
-def _of_relations(relations: Sequence[RelationResult]) -> Iterator[Clue]:
-    told = {"first-hits": tables.FIRST_HITS, "scaling": tables.SCALING, "partial-sums": tables.PARTIAL_SUMS}
+def _of_relations(relations: Sequence[RelationResult], ways: Mapping[Way, Heard]) -> Iterator[Clue]:
+    found_right = "chance" in ways and bool(ways["chance"].right)
+    told = {
+        "first-hits": tables.FIRST_HITS,
+        "scaling": tables.SCALING_OF_DRAWN if found_right else tables.SCALING,
+        "partial-sums": tables.PARTIAL_SUMS,
+        "spp": tables.SPP,
+        "roll": tables.ROLL,
+    }
     said = set[str]()
     for result in relations:
         if result.verdict == "fail" and result.relation not in said:

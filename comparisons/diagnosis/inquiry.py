@@ -1,22 +1,27 @@
 """What a renderer is asked once a case has failed: the same case again, in ways that tell operators apart.
 
+other ways     light by chance alone, by next event alone, with other random numbers: ``ways``
 first hits     what camera rays meet, where the case failed: G by itself
 scaling        the scene larger and smaller: an offset or an end of rays that is a length shows, and nothing else
-other ways     light by chance alone, by next event alone, with other random numbers: ``ways``
+partial sums   where E or the last bounce is wrong: bounces that are asked for alone and together
+roll           where E or the place of light is wrong: the camera upside down, which only the sensor can tell
+spp            where E is wrong, or the other ways are by something else: few samples and many, which light does not
+               know of
+
+A question is asked only where its answer may tell something, as each takes as long as a case does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from comparisons import campaign, relations
+from comparisons.diagnosis.ways import heard
 from comparisons.relations import CHEAP_WALKS, Subject, Task
 from comparisons.renderers import Renderer
 from comparisons.results import Comparison, RelationResult
 from comparisons.settings import Settings, Silent
 from scenes import Case, Scene
-
-RELATIONS = ("first-hits", "scaling", "partial-sums")
 
 CASES, BUDGET = 2, 2.0
 """How many of the cases that failed are asked about, and seconds for each question."""
@@ -27,25 +32,41 @@ MOST_BOUNCES, PIXELS = 3, 24
 
 def inquire(
     case: Case,
-    asked: Sequence[str],
+    failed: Comparison,
     renderer: str | Renderer,
     ways: Sequence[str | Renderer],
     settings: Settings,
+    thoroughly: bool = True,
 ) -> tuple[list[RelationResult], list[Comparison]]:
     """What these relations find in the case, and what the other ways make of it.
 
     Args:
         case: that failed.
-        asked: names of relations, ``RELATIONS`` here or some of them.
+        failed: the result that says so.
         renderer: of which it failed.
         ways: its other ways to look for light, called as in ``ways.WAYS``.
         settings: of each question.
+        thoroughly: if not, only first hits and the other ways.
     """
+    others = list(campaign.run([case], ways, settings, None, Silent())) if ways else []
     subject = Subject(case.name, _small(case.scene), min(case.bounces, MOST_BOUNCES), case.wavelengths)
+    asked = questions(failed, others) if thoroughly else ["first-hits"]
     tasks = [Task(relations.RELATIONS[name], subject, walks=CHEAP_WALKS) for name in asked]
-    answers = list(relations.run(tasks, [renderer], settings, Silent()))
-    others = campaign.run([case], ways, settings, None, Silent()) if ways else ()
-    return answers, list(others)
+    return list(relations.run(tasks, [renderer], settings, Silent())), others
+
+
+def questions(failed: Comparison, others: Sequence[Comparison]) -> Iterator[str]:
+    """The relations that may tell something of it, by their names."""
+    yield from ("first-hits", "scaling")
+    wrong = [b for b in failed.bounces if b.verdict == "fail"]
+    lit = [b.bounce for b in failed.bounces if b.truth_mean > 0 or b.verdict == "fail"]
+    if any(b.bounce in (0, lit[-1]) for b in wrong):
+        yield "partial-sums"
+    if any(b.bounce == 0 or b.decided_by == "tile" for b in wrong):
+        yield "roll"
+    unlike = any(way.unlike for way in heard([failed], others).values())
+    if not others or unlike or any(b.bounce == 0 for b in wrong):
+        yield "spp"
 
 
 def _small(scene: Scene) -> Scene:

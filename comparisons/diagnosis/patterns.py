@@ -7,6 +7,7 @@ With r_k the measured over the true mean of bounce k, over the whole image:
     r_0 = 1, r_k = f^k                  every step is: reflection
     r_k = 1 for k < m                   something that happens at the m-th step alone
     m_k = t_{k ± 1}                     bounces are counted from another number
+    m_k = t_0 + … + t_k                 sums are taken for terms
     r = 1, tiles apart from it          light is in the wrong place
 """
 
@@ -25,6 +26,7 @@ Kind = Literal[
     "none of E",
     "dark from",
     "light after the last",
+    "sums",
     "counted from another number",
     "same factor",
     "same factor from 1",
@@ -80,6 +82,8 @@ def _kind(bounces: Sequence[BounceResult], wrong: Sequence[BounceResult]) -> tup
     first = wrong[0].bounce
     if after and not [b for b in wrong if b.truth_mean > 0]:
         return "light after the last", f"bounce {after[0].bounce} has light where there is none"
+    if _are_sums(bounces):
+        return "sums", "each bounce k has the light of all bounces up to k"
     if shift := _shift(bounces):
         return "counted from another number", f"each bounce k has the light of bounce k {shift:+d}"
     if dark and dark[0].bounce == 0 and len(dark) == 1:
@@ -127,6 +131,15 @@ def _shift(bounces: Sequence[BounceResult]) -> int:
         if len(pairs) >= 2 and all(_is_light_of(b, other) for b, other in pairs):
             return shift
     return 0
+
+
+def _are_sums(bounces: Sequence[BounceResult]) -> bool:
+    """Whether each bounce is the sum of all up to it, of at least two with light."""
+    sums = np.cumsum([b.truth_mean for b in bounces])
+    noise = np.array([4 * b.standard_error * b.denominator for b in bounces])
+    means = np.array([b.mean for b in bounces])
+    lit = sum(b.truth_mean > 0 for b in bounces)
+    return lit >= 2 and bool((np.abs(means - sums) <= noise + 0.02 * sums).all())
 
 
 def _is_sum(b: BounceResult, other: BounceResult) -> bool:

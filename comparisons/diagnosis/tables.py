@@ -15,14 +15,15 @@ PATTERNS: Mapping[Kind, Weights] = {
     "none of E": {"E": 5},
     "dark from": {"series": 4},
     "light after the last": {"series": 4},
+    "sums": {"series": 7},
     "counted from another number": {"series": 6},
     "same factor": {"E": 2, "sensor": 2},
     "same factor from 1": {"estimator": 2.5, "E": 0.5},
     "factor by factor": {"R": 4},
     "one bounce": {"series": 3.5},
     "later bounces": {"series": 2, "sampler": 0.5, "R": 0.5},
-    "only E": {"E": 4, "sensor": 1},
-    "places": {"G": 0.5, "sensor": 1, "R": 0.5},
+    "only E": {"E": 1.5, "sensor": 2, "series": 1.5},
+    "places": {"sensor": 1.5, "sampler": 0.5, "R": 0.5, "G": 0.5},
     "direct": {"R": 0.5, "G": 0.5, "estimator": 0.5, "E": 0.5},
     "irregular": {"G": 0.5, "R": 0.5, "sensor": 0.5},
 }
@@ -35,7 +36,7 @@ DARK_IN_SOME: Weights = {"R": 0.5, "G": 0.5, "estimator": 0.5, "E": 0.5}
 
 HINTS: Mapping[str, Weights] = {
     "turned": {"sensor": 5},
-    "encoded": {"sensor": 3},
+    "encoded": {"sensor": 5},
     "exchanged": {"sensor": 3},
     "clipped": {"sensor": 4},
     "shifted": {"sensor": 4},
@@ -95,7 +96,10 @@ RELATIONS: Mapping[str, Weights] = {
     "estimator": {"estimator": 2.0},
 }
 OTHER_CAMERA: Weights = {"sensor": 7.0}
-SCALING: Weights = {"G": 5.0}  # no other operator knows what a length is
+SCALING: Weights = {"G": 5.0, "series": -1.5}  # an offset, or an end of rays
+SCALING_OF_DRAWN: Weights = {"G": 2.0, "E": 1.5, "estimator": 1.5}  # or the area of a lamp
+SPP: Weights = {"sensor": 5.0, "estimator": -1.0}  # what is done to the finished image sees its noise
+ROLL: Weights = {"sensor": 5.0}
 PARTIAL_SUMS: Weights = {"series": 7.0}
 
 HIDDEN = frozenset(

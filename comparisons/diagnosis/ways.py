@@ -18,10 +18,11 @@ from typing import Literal
 import numpy as np
 
 from comparisons.diagnosis import tables
-from comparisons.diagnosis.clue import Clue
+from comparisons.diagnosis.clue import Clue, Weights
 from comparisons.diagnosis.views import (
     begins_late,
     direct_fails,
+    e_fails,
     names,
     only_lamps,
     only_where_hidden,
@@ -46,7 +47,7 @@ WEIGHTED = "reference:mis"
 _ERRORS = 4.0
 """Standard errors apart, from which on two biases are not the same."""
 
-_ALIKE, _SMALL = 0.1, 0.003
+_ALIKE, _SMALL = 0.1, 0.001
 """And how far apart they may be, of the larger one and by themselves."""
 
 
@@ -71,7 +72,9 @@ def other_ways(renderer: str) -> tuple[str, ...]:
 
 
 def heard(comparisons: Sequence[Comparison], others: Sequence[Comparison]) -> dict[Way, Heard]:
-    """What each way says; those that say nothing are left out, and cases of light that nothing is drawn for.
+    """What each way says; those that say nothing are left out.
+
+    Of light that nothing is drawn for all ways are the same, so it tells nothing that they are alike there.
 
     Args:
         comparisons: of the renderer that failed.
@@ -80,9 +83,11 @@ def heard(comparisons: Sequence[Comparison], others: Sequence[Comparison]) -> di
     failed = {c.case: c for c in comparisons if c.verdict == "fail"}
     found: dict[Way, Heard] = {}
     for other in others:
-        if other.case in failed and other.renderer in WAYS and tables.DRAWN & set(other.features):
+        if other.case in failed and other.renderer in WAYS:
+            nothing_drawn = not tables.DRAWN & set(other.features)
             for agreement in _agreement(failed[other.case], other):
-                getattr(found.setdefault(WAYS[other.renderer], Heard()), agreement).append(other.case)
+                if not (nothing_drawn and agreement == "alike"):
+                    getattr(found.setdefault(WAYS[other.renderer], Heard()), agreement).append(other.case)
     return found
 
 
@@ -150,7 +155,7 @@ def clues_of_ways(comparisons: Sequence[Comparison], others: Sequence[Comparison
         text = f"by chance alone and by next event alone it is right ({some(chance.right)})"
         yield Clue(text, {"estimator": 7})
     elif chance.right and not chance.alike:
-        yield from _of_next_event(comparisons, chance.right)
+        yield from _of_next_event(comparisons, chance.right, bool(next_event.alike or next_event.unlike))
     elif next_event.right and not next_event.alike:
         yield from _of_chance(comparisons, next_event.right)
     elif chance.alike and next_event.alike:
@@ -166,7 +171,7 @@ def _of_numbers(heard: Heard) -> Iterator[Clue]:
         yield Clue(f"with other random numbers it is right ({some(heard.right)})", {"sampler": 10})
     elif heard.unlike:
         text = f"with other random numbers it is wrong by something else ({some(heard.unlike)})"
-        yield Clue(text, {"sampler": 2.5})
+        yield Clue(text, {"sampler": 1, "sensor": 1.5})
     elif heard.alike:
         yield Clue(f"with other random numbers it is the same ({some(heard.alike)})", {"sampler": -2})
 
@@ -176,16 +181,20 @@ def _of_both(comparisons: Sequence[Comparison], alike: Sequence[str]) -> Iterato
     text = f"by chance alone and by next event alone it is as wrong ({some(alike)})"
     yield Clue(text, {"estimator": -4, "sampler": -1})
     if any(tables.DELTA & set(c.features) and direct_fails(c) for c in comparisons):
-        yield Clue("so is light of points and directions, which nothing is drawn for", {"R": 2})
-    elif only_lamps(comparisons):
         yield Clue(
-            "only lamps shine wrongly, however they are found, and neither points nor directions", {"E": 4}
+            "so is light of points and directions, which nothing is drawn for", {"R": 1.5, "sensor": 1}
         )
+    elif only_lamps(comparisons) and not begins_late([c for c in comparisons if c.verdict == "fail"]):
+        text = "only lamps shine wrongly, however they are found, and neither points nor directions"
+        yield Clue(text, {"E": 4 if any(e_fails(c) for c in comparisons) else 2})
 
 
-def _of_next_event(comparisons: Sequence[Comparison], right: Sequence[str]) -> Iterator[Clue]:
-    """What is wrong where lamps are looked at, and right where they are found."""
+def _of_next_event(
+    comparisons: Sequence[Comparison], right: Sequence[str], wrong_alone: bool
+) -> Iterator[Clue]:
+    """What is wrong where lamps are looked at, by that alone or beside chance, and right where they are found."""
     failed = [c for c in comparisons if c.verdict == "fail"]
+    bright = all(c.bounces[1].bias > 0 for c in failed if direct_fails(c))
     text = f"found by chance, the light is right ({some(right)})"
     if begins_late(failed):
         yield Clue(f"{text}, and by next event wrong from a later bounce on", {"series": 2})
@@ -195,14 +204,20 @@ def _of_next_event(comparisons: Sequence[Comparison], right: Sequence[str]) -> I
         ]
         if tables.OCCLUDED.issuperset(c.case for c in failed) and open_sky:
             yield Clue(f"{text}, and only a sky is wrong that something hides", {"G": 6})
+        elif bright:
+            text = f"{text}, and only what comes from infinitely far is too bright: its density"
+            yield Clue(text, {"estimator": 4.5, "E": -2})
         else:
-            yield Clue(f"{text}, and only what comes from infinitely far is wrong", {"E": 3})
+            yield Clue(f"{text}, and only what comes from infinitely far is too dark", {"E": 3})
     elif all(tables.STRETCHED & set(c.features) for c in failed):
         yield Clue(f"{text}, and only lamps that were stretched are wrong: their area", {"E": 5.5, "G": -4})
-    elif any({"point", "spot"} & set(c.features) and direct_fails(c) for c in failed):
-        yield Clue(f"{text}, and that of points is wrong too", {"G": 5})
     elif only_where_hidden(comparisons):
         yield Clue(f"{text}, and only what stands in its way makes it wrong", {"G": 6, "R": -2})
+    elif any({"point", "spot"} & set(c.features) and direct_fails(c) for c in failed):
+        weights: Weights = {"estimator": 4, "G": -1} if bright else {"G": 5}
+        yield Clue(f"{text}, and that of points is too {'bright' if bright else 'dark'} as well", weights)
+    elif wrong_alone and all(tables.SPECIAL & set(c.features) for c in failed):
+        yield Clue(f"{text}, and by next event wrong, on these materials alone: their f", {"R": 4})
     else:
         yield Clue(text, {"estimator": 3.5, "G": 1, "R": -3, "sensor": -3, "series": -2})
         shadows = [c for c in passed(comparisons) if tables.DELTA & set(c.features)]
@@ -221,5 +236,7 @@ def _of_chance(comparisons: Sequence[Comparison], right: Sequence[str]) -> Itera
         yield Clue(f"{text}, and by chance wrong from a later bounce on", {"series": 2})
     elif all(tables.SPECIAL & set(c.features) for c in failed):
         yield Clue(text, {"R": 3})
-    else:
-        yield Clue(text, {"sampler": 1, "R": 1, "estimator": 2, "sensor": -3})
+    elif all(tables.STRETCHED & set(c.features) for c in failed):
+        yield Clue(f"{text}, and by chance wrong on shapes that were stretched", {"G": 5})
+    else:  # chance alone knows of no density of lamps, and of no weight
+        yield Clue(text, {"G": 2.5, "R": 1.5, "sampler": 1, "estimator": -1, "sensor": -1})

@@ -73,7 +73,7 @@ def seen(entry: Fault | Sound, seed: int = 0) -> Seen:
             found.comparisons.append(comparison)
             found.seconds.append(monotonic() - start)
             if comparison.verdict == "fail":
-                _inquire(comparison.case, renderer, ways, replace(INQUIRY, seed=seed), found)
+                _inquire(comparison, renderer, ways, replace(INQUIRY, seed=seed), found)
             if isinstance(entry, Fault) and _clear(found):
                 return
 
@@ -94,7 +94,7 @@ def _quick(entry: Fault | Sound) -> Sequence[str]:
 
 
 def _inquire(
-    name: str,
+    failed: Comparison,
     renderer: Renderer,
     ways: Sequence[Renderer],
     settings: Settings,
@@ -103,8 +103,8 @@ def _inquire(
     """Add what is found out about a case that failed, if it is one of the first."""
     so_far = len({c.case for c in found.others})
     if so_far < inquiry.CASES:
-        asked = inquiry.RELATIONS if so_far == 0 else ("first-hits",)
-        answers, others = inquiry.inquire(case(name), asked, renderer, ways, settings)
+        subject = case(failed.case)
+        answers, others = inquiry.inquire(subject, failed, renderer, ways, settings, thoroughly=so_far == 0)
         found.relations.extend(answers)
         found.others.extend(others)
 

@@ -54,6 +54,25 @@ def test_one_kind_of_lamp_that_is_wrong_tells_them_apart(made: Make) -> None:
     assert (found.suspect, found.next_case) == ("E", "")
 
 
+def test_a_furnace_of_half_the_albedo_is_not_counted_from_another_number(made: Make) -> None:
+    """Half of every bounce is the next one there; other cases tell which it is."""
+    half = off(*[0.5] * 6)
+    others = [
+        made([1.0, 0.2, 0.15], [0.5, 0.1, 0.075], case=name, features=["quad", kind])
+        for name, kind in (("a", "area"), ("b", "constant"))
+    ]
+    texts = " ".join(diagnose([made(TRUTH, half), *others]).evidence)
+    assert "light of bounce" not in texts
+    assert "by the same factor" in texts
+
+
+def test_a_lamp_is_not_blamed_where_direct_light_is_right(made: Make) -> None:
+    lamp = {"features": ["quad", "lambertian", "area", "angular_profile"]}
+    wrong = made(TRUTH, off(1, 1, 1, 0.9, 0.8, 0.7), **lamp)
+    right = [made(TRUTH, TRUTH, case=name, features=["quad", "lambertian", "area"]) for name in "abc"]
+    assert not any("angular_profile" in text for text in diagnose([wrong, *right]).evidence)
+
+
 def test_a_seed_that_does_nothing_is_the_sampler(made: Make) -> None:
     message = "takes no notice of its seed: seeds 1 and 2 give the same image"
     found = diagnose([made([], [], verdict="error", message=message)])

@@ -2,35 +2,74 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 
-from comparisons.diagnosis.inquiry import RELATIONS, inquire
-from comparisons.diagnosis.ways import WAYS, heard
+import pytest
+
+from comparisons import campaign
+from comparisons.diagnosis.inquiry import inquire, questions
+from comparisons.diagnosis.ways import WAYS
 from comparisons.faults import FAULTS
 from comparisons.faults.planting import Named
 from comparisons.faults.suite import case
 from comparisons.renderers import create
-from comparisons.settings import Settings
+from comparisons.results import Comparison, RelationResult
+from comparisons.settings import Settings, Silent
 
-SETTINGS = Settings(budget=4.0, first_look=0.2)
+SETTINGS = Settings(budget=4.0, first_look=0.2, total=False)
 
 
-def test_the_case_is_asked_again_in_every_way(tmp_path: Path) -> None:
-    fault = FAULTS["second-triangle-lost"]
-    renderer = Named(fault.plant(create("reference")), fault.name)
-    ways = [Named(fault.plant(create(way)), way) for way in WAYS]
-    answers, others = inquire(case("quad-over-plane"), RELATIONS, renderer, ways, SETTINGS, tmp_path)
-    assert [answer.relation for answer in answers] == list(RELATIONS)
+def asked(fault: str, name: str, thoroughly: bool = True) -> tuple[list[RelationResult], list[Comparison]]:
+    """A planted fault fails a case, and is asked about it."""
+    entry = FAULTS[fault]
+    renderer = Named(entry.plant(create("reference")), fault)
+    ways = [Named(entry.plant(create(way)), way) for way in WAYS]
+    [failed] = campaign.run([case(name)], [renderer], SETTINGS, None, Silent())
+    assert failed.verdict == "fail"
+    return inquire(case(name), failed, renderer, ways, SETTINGS, thoroughly)
+
+
+def verdicts(answers: Sequence[RelationResult]) -> dict[str, str]:
+    return {answer.relation: answer.verdict for answer in answers}
+
+
+def test_the_case_is_asked_again_in_every_way() -> None:
+    answers, others = asked("second-triangle-lost", "quad-over-plane")
     assert {answer.scene for answer in answers} == {"quad-over-plane"}
     assert [other.renderer for other in others] == list(WAYS)
     # the camera sees the floor, half of which is not met
-    assert answers[0].verdict == "fail"
+    assert verdicts(answers)["first-hits"] == "fail"
 
 
-def test_a_renderer_without_other_ways_is_asked_about_relations_alone(tmp_path: Path) -> None:
-    answers, others = inquire(
-        case("quad-over-plane"), ["first-hits"], "reference:nee", (), SETTINGS, tmp_path
-    )
-    assert [answer.verdict for answer in answers] == ["pass"]
+@pytest.mark.parametrize(
+    ("fault", "name", "relation"),
+    [
+        ("image-one-row-low", "furnace-convex", "roll"),
+        ("one-sample-too-many", "furnace-convex", "spp"),
+        ("last-bounce-lost", "furnace-sphere", "partial-sums"),
+    ],
+)
+def test_what_the_failure_suggests_is_asked_and_found(fault: str, name: str, relation: str) -> None:
+    answers, _ = asked(fault, name)
+    assert verdicts(answers)[relation] == "fail"
+
+
+def test_of_further_cases_only_first_hits_are_asked() -> None:
+    answers, others = asked("cosine-missing", "quad-over-plane", thoroughly=False)
+    assert verdicts(answers) == {"first-hits": "pass"}
+    assert len(others) == len(WAYS)
+
+
+def test_what_could_tell_nothing_is_not_asked() -> None:
+    answers, _ = asked("cosine-missing", "furnace-channels")
+    assert not {"roll", "spp"} & verdicts(answers).keys()
+
+
+def test_without_other_ways_more_relations_are_asked() -> None:
+    entry = FAULTS["cosine-missing"]
+    renderer = Named(entry.plant(create("reference:nee")), entry.name)
+    [failed] = campaign.run([case("quad-over-plane")], [renderer], SETTINGS, None, Silent())
+    assert "spp" in list(questions(failed, []))
+    answers, others = inquire(case("quad-over-plane"), failed, renderer, (), SETTINGS)
+    assert verdicts(answers)["spp"] == "pass"
     assert others == []
-    assert heard([], others) == {}

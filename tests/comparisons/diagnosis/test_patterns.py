@@ -26,6 +26,7 @@ PATTERNS = {
     "none of E": off(0, 1, 1, 1, 1, 1),
     "dark from": off(1, 1, 1, 1, 1, 0),
     "counted from another number": [*TRUTH[1:], TRUTH[-1] / 2],
+    "sums": [sum(TRUTH[: k + 1]) for k in range(6)],
     "irregular": off(1, 1.5, 0.7, 1.2, 1.0, 0.6),
 }
 

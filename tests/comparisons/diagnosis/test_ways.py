@@ -53,9 +53,10 @@ def test_noise_says_nothing(by: Callable[..., Comparison]) -> None:
     assert heard([wrong], [noisy]) == {}
 
 
-def test_light_that_nothing_is_drawn_for_says_nothing(by: Callable[..., Comparison]) -> None:
+def test_light_that_nothing_is_drawn_for_tells_where_ways_differ(by: Callable[..., Comparison]) -> None:
     wrong = by("mine", [0.8], features=POINT)
     assert heard([wrong], [by(CHANCE, [0.8], features=POINT)]) == {}
+    assert heard([wrong], [by(CHANCE, [1.0], features=POINT)]) == {"chance": Heard(right=["box"])}
 
 
 def test_both_alone_right_means_the_weights(by: Callable[..., Comparison]) -> None:
@@ -80,6 +81,32 @@ def test_wrong_where_lamps_are_looked_at(by: Callable[..., Comparison]) -> None:
         [by(CHANCE, [1.0], features=disk), by(NEXT_EVENT, [0.5], features=disk)],
     )
     assert max(stretched, key=lambda operator: stretched[operator]) == "E"
+
+
+def test_points_that_are_too_bright_are_no_shadows(by: Callable[..., Comparison]) -> None:
+    others = [by(CHANCE, [1.0]), by(NEXT_EVENT, [1.5])]
+    found = weights([by("mine", [1.4]), by("mine", [1.5], case="point", features=POINT)], others)
+    assert max(found, key=lambda operator: found[operator]) == "estimator"
+
+
+def test_a_sky_is_too_dark_where_it_is_missed_and_too_bright_by_its_density(
+    by: Callable[..., Comparison],
+) -> None:
+    sky = ["quad", "lambertian", "constant"]
+    for factor, operator in ((0.6, "E"), (1.4, "estimator")):
+        others = [by(CHANCE, [1.0], features=sky), by(NEXT_EVENT, [factor], features=sky)]
+        found = weights([by("mine", [factor], features=sky)], others)
+        assert max(found, key=lambda o: found[o]) == operator
+
+
+def test_what_chance_alone_gets_wrong_is_its_rays(by: Callable[..., Comparison]) -> None:
+    """It knows of no density of lamps, and of no weight; on rough metals alone it is their sampling."""
+    found = weights([by("mine", [0.9])], [by(CHANCE, [0.8]), by(NEXT_EVENT, [1.0])])
+    assert max(found, key=lambda operator: found[operator]) == "G"
+    metal = ["quad", "rough_conductor", "area"]
+    others = [by(CHANCE, [0.8], features=metal), by(NEXT_EVENT, [1.0], features=metal)]
+    found = weights([by("mine", [0.9], features=metal)], others)
+    assert max(found, key=lambda operator: found[operator]) == "R"
 
 
 def test_other_numbers_that_are_right_mean_the_sampler(by: Callable[..., Comparison]) -> None:
