@@ -1,0 +1,25 @@
+"""Planted faults that nothing was tuned on: written after the diagnosis, by someone who had not seen it.
+
+One file per operator that is at fault, as in the catalogue. They are part of it; ``FAULTS`` tells which they are.
+"""
+
+from __future__ import annotations
+
+from comparisons.faults.fault import Fault
+from comparisons.faults.held_out import (
+    emission,
+    estimator,
+    propagation,
+    reflection,
+    sampler,
+    sensor,
+    series,
+)
+
+__all__ = ["FAULTS"]
+
+FAULTS: tuple[Fault, ...] = tuple(
+    fault
+    for module in (emission, propagation, reflection, series, estimator, sensor, sampler)
+    for fault in module.FAULTS
+)
