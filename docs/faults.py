@@ -20,8 +20,10 @@ which was then put to the same cases in the same order, as somebody would who kn
 case that fails has caught it; more follow until the diagnosis is clear. Sound variants differ from the tracer's
 default and are right: no case may fail one.
 
-The weights of the diagnosis were set on one half of the catalogue (by a checksum of the names); the other half was
-held out and is the honest figure. `lightproof faults NAME` runs one, `lightproof faults --list` says what there is.
+The weights of the diagnosis were set with most of these faults in view. Those of comparisons/faults/held_out were
+written by someone who had not seen the diagnosis, and nothing was tuned on them: theirs is the honest figure.
+
+`lightproof faults NAME` runs one, `lightproof faults --list` says what there is.
 """
 
 

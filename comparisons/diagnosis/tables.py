@@ -1,6 +1,6 @@
 """How much each thing that can be seen speaks for each operator; roughly logarithms of likelihood ratios.
 
-Set on one half of the planted faults (``comparisons.faults``), and judged on the other.
+Set on the planted faults of ``comparisons.faults`` but those of its ``held_out``, and judged on these.
 """
 
 from __future__ import annotations

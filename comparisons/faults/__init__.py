@@ -2,7 +2,7 @@
 
 One file per operator that is at fault; ``fault`` says what a fault is, ``planting`` how it gets into a renderer,
 ``sound`` holds variants that look different and are right, which nothing may fail, and ``matrix`` runs them all.
-``held_out`` has faults that the diagnosis was not tuned on, whatever their names.
+``held_out`` has faults that the diagnosis was not tuned on.
 """
 
 from __future__ import annotations

@@ -6,7 +6,6 @@ in every other one of the quick cases: one half of the variants gets one half of
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
@@ -17,11 +16,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from comparisons.diagnosis import diagnose
-from comparisons.faults import FAULTS, SOUND_VARIANTS
+from comparisons.faults import FAULTS, SOUND_VARIANTS, held_out
 from comparisons.faults.deviation import Deviation, decisive, deviations
 from comparisons.faults.fault import Fault, Sound
 from comparisons.faults.trial import Seen, caught, seen
 from comparisons.results import Comparison, Diagnosis, Operator
+
+_HELD_OUT = frozenset(fault.name for fault in held_out.FAULTS)
 
 
 class Row(Struct, frozen=True, kw_only=True):
@@ -57,7 +58,7 @@ class Row(Struct, frozen=True, kw_only=True):
 
     @property
     def tuned(self) -> bool:
-        """Whether it belongs to the half that the diagnosis was tuned on."""
+        """Whether it is one of those that the diagnosis was tuned on."""
         return tuned_on(self.name)
 
     @property
@@ -71,8 +72,8 @@ class Summary(Struct, frozen=True, kw_only=True):
 
     Attributes:
         faults, caught, unseen: how many there are, how many a case has failed, and how many say why none can.
-        diagnosed, held_out: of the caught, how many the diagnosis names, and how many there are, in the half that it
-            was tuned on and in the other one.
+        tuned, held_out: of the caught, how many the diagnosis names, and how many there are: of those that it was
+            tuned on, and of the others.
         sound, failed: sound variants, and how many of them a case has failed.
         seconds: of all rows.
     """
@@ -94,8 +95,8 @@ class Summary(Struct, frozen=True, kw_only=True):
         sound = [row for row in rows if row.operator is None]
 
         def named(tuned: bool) -> tuple[int, int]:
-            half = [row for row in caught if row.tuned == tuned]
-            return sum(row.right for row in half), len(half)
+            some = [row for row in caught if row.tuned == tuned]
+            return sum(row.right for row in some), len(some)
 
         return cls(
             faults=len(planted),
@@ -118,8 +119,8 @@ class Summary(Struct, frozen=True, kw_only=True):
         if self.faults:
             yield (
                 f"{self.caught} of {self.faults} faults were caught; {self.unseen} can't be seen, and say why. "
-                f"The diagnosis named {self.tuned[0]} of {self.tuned[1]} in the half of the catalogue that it was "
-                f"tuned on, and {self.held_out[0]} of {self.held_out[1]} in the other half."
+                f"The diagnosis named {self.tuned[0]} of {self.tuned[1]} faults that it was tuned on, and "
+                f"{self.held_out[0]} of {self.held_out[1]} that were held out."
             )
         if self.sound:
             yield f"{self.failed} of {self.sound} sound variants failed."
@@ -139,8 +140,8 @@ class Matrix(Struct, frozen=True, kw_only=True):
 
 
 def tuned_on(name: str) -> bool:
-    """Whether the weights of the diagnosis were set with this fault in view: half of them, by their names."""
-    return zlib.crc32(name.encode()) % 2 == 0
+    """Whether the weights of the diagnosis were set with this fault in view."""
+    return name not in _HELD_OUT
 
 
 def rows(names: Sequence[str], jobs: int, seed: int = 0, keep: Path | None = None) -> Iterator[Row]:

@@ -1,6 +1,7 @@
-"""Planted faults that nothing was tuned on: written after the diagnosis, by someone who had not seen it.
+"""Planted faults that nothing was tuned on: written by someone who had not seen the diagnosis.
 
 One file per operator that is at fault, as in the catalogue. They are part of it; ``FAULTS`` tells which they are.
+Whoever tunes the diagnosis with them in view moves them into the catalogue's own files, and has others written.
 """
 
 from __future__ import annotations
