@@ -1,7 +1,8 @@
 """What a renderer of unknown faults is put to: cases that tell much in little time, in the order of what they tell.
 
 First what every renderer has, one operator after the other; then one kind of lamp, shape and material after the
-other. ``THOROUGH`` follows where nothing was found: it takes longer.
+other. ``THOROUGH`` follows where nothing was found: it takes longer, and each of its cases has caught a planted fault
+that all before it had passed.
 """
 
 from __future__ import annotations
@@ -20,49 +21,38 @@ QUICK = (
     "directional-on-sphere",
     "sphere-over-plane",
     "furnace-convex",
-    "lamp-turned-away",
-    "moved-disk",
-    "ellipsoid-over-plane",
-    "elliptical-disk-over-plane",
-    "triangle-over-plane",
-    "spot-falloff",
-    "bright-texel",
-    "disk-shadow",
-    "printed-board",
+    "snells-window",
+    "rough-metal-sky",
     "metal-angles",
     "lamp-under-water",
-    "rough-metal-sky",
-    "rough-metal-sun",
-    "snells-window",
+    "bright-texel",
     "rough-glass-tank",
+    "rough-metal-sun",
+    "spot-falloff",
+    "lamp-turned-away",
+    "elliptical-disk-over-plane",
+    "disk-shadow",
+    "printed-board",
+    "ellipsoid-over-plane",
     "blend-sun",
+    "moved-disk",
     "blend-sky",
     "constant-radiance-mirror",
     "cie-171-panel",
+    "triangle-over-plane",
 )
 THOROUGH = (
     "furnace-channels",
+    "harmonics-on-sphere",
+    "furnace-mirrors",
     "hundred-tiles",
     "shading-normals-from-behind",
     "lit-from-behind",
-    "harmonics-on-sphere",
-    "furnace-mirrors",
-    "point-in-sphere",
     "furnace-tiny",
+    "furnace-huge",
+    "point-in-sphere",
     "furnace-mesh",
     "cie-171-opening",
-    "cie-171-glass",
-    "rough-glass-sun",
-    "blend-lamp",
-    "furnace-cornell",
-    "furnace-huge",
-    "furnace-blend",
-    "wall-behind-a-shelf",
-    "four-points",
-    "glass-ball",
-    "sphere-zones",
-    "constant-radiance-blend",
-    "cornell-box",
 )
 
 

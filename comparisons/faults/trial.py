@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from comparisons import campaign, relations
 from comparisons.diagnosis import diagnose, inquiry
-from comparisons.diagnosis.ways import WAYS
+from comparisons.diagnosis.ways import WAYS, heard
 from comparisons.faults import SOUND_VARIANTS
 from comparisons.faults.deviation import deviations
 from comparisons.faults.fault import Fault, Sound
@@ -28,10 +28,10 @@ from comparisons.settings import Settings, Silent
 TRACER = "reference"
 """What faults are planted in."""
 
-BUDGET, LONG_BUDGET, FIRST_LOOK = 1.2, 8.0, 0.2
+BUDGET, LONG_BUDGET, FIRST_LOOK = 1.2, 8.0, 0.1
 """Seconds per case; and of those that were left open, where nothing has failed."""
 
-INQUIRY = Settings(budget=0.8, first_look=0.2, total=False)
+INQUIRY = Settings(budget=0.8, first_look=0.1, total=False)
 """How to ask again about the first cases that fail."""
 
 LEAST_CASES = 8
@@ -100,13 +100,19 @@ def _inquire(
     settings: Settings,
     found: Seen,
 ) -> None:
-    """Add what is found out about a case that failed, if it is one of the first."""
-    so_far = len({c.case for c in found.others})
-    if so_far < inquiry.CASES:
-        subject = case(failed.case)
-        answers, others = inquiry.inquire(subject, failed, renderer, ways, settings, thoroughly=so_far == 0)
-        found.relations.extend(answers)
-        found.others.extend(others)
+    """Add what is found out about a case that failed: first hits of each, the rest until the ways have spoken."""
+    asked = len({c.case for c in found.others})
+    spoken = heard(found.comparisons, found.others).keys() >= {"chance", "next event"}
+    answers, others = inquiry.inquire(
+        case(failed.case),
+        failed,
+        renderer,
+        ways if asked < inquiry.CASES and not spoken else (),
+        settings,
+        thoroughly=asked == 0,
+    )
+    found.relations.extend(answers)
+    found.others.extend(others)
 
 
 def _first_hits(renderer: Renderer, seed: int) -> list[RelationResult]:
