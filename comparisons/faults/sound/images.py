@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
+from multiprocessing import get_context
+from multiprocessing.pool import Pool
 
 import numpy as np
 
@@ -32,6 +35,20 @@ def _as(name: str) -> Plant:
 def _strategies_in_turn(inner: Renderer, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
     strategy = ("mis", "nee", "bsdf")[seed % 3]
     return create(f"reference:{strategy}").render(scene, bounces, spp, seed)
+
+
+@cache
+def _processes() -> Pool:
+    """Started once; they are daemons, and end with this process."""
+    return get_context("spawn").Pool(2)
+
+
+def _in_two_processes(inner: Renderer, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
+    half, asked = (spp + 1) // 2, tuple(bounces)
+    seeds = (seed, seed + APART)
+    parts = [_processes().apply_async(inner.render, (scene, asked, half, one)) for one in seeds]
+    first, second = (part.get() for part in parts)
+    return (first + second) / 2
 
 
 def _in_two_halves(inner: Renderer, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
@@ -123,6 +140,11 @@ VARIANTS: tuple[Sound, ...] = (
         plant=of_request(
             lambda inner, scene, bounces, spp, seed: inner.render(scene, bounces, 4 * spp, seed)
         ),
+    ),
+    Sound(
+        name="two-processes",
+        what="the mean of two images of half the samples, each rendered by a process of its own",
+        plant=of_request(_in_two_processes),
     ),
     Sound(
         name="two-halves",
