@@ -191,6 +191,9 @@ def _found(name: str) -> Entry:
     for candidate in _candidates(name):
         if candidate is not None:
             return candidate
+    module = name.partition(":")[0]
+    if _OBJECT.fullmatch(name) and module not in {known.partition(":")[0] for known in RENDERERS}:
+        raise UnknownNameError("renderer", name, (), f"there is no module {module} here, nor installed")
     raise UnknownNameError("renderer", name, [*SHORT_NAMES, *listed()])
 
 

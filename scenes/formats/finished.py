@@ -14,7 +14,7 @@ import numpy as np
 import OpenImageIO as oiio
 
 from scenes.channels import channel_names
-from scenes.formats.exr import ImageError, Images, read_bounces
+from scenes.formats.exr import ImageError, Images, cause, read_bounces
 
 _LINEAR = "Save the linear image as EXR, with 16- or 32-bit floats"
 
@@ -52,7 +52,7 @@ def read(path: Path, layers: bool, channels: int, formats: Collection[str] = ("o
     upright.attribute("pnm:pfmflip", 1)  # a PFM begins with its last row, and is read so unless one asks
     source = oiio.ImageInput.open(str(path), upright)
     if source is None:
-        raise ImageError(f"{path}: expected an EXR file; it can't be read: {oiio.geterror()}")
+        raise ImageError(f"{path}: expected an EXR file; it can't be read: {cause(oiio.geterror())}")
     try:
         _check_format(path, source, formats)
         if layers:
@@ -105,7 +105,9 @@ def _read_sum(path: Path, source: oiio.ImageInput, channels: int) -> Finished:
     source.seek_subimage(part, 0)
     spec, pixels = source.spec(), source.read_image(oiio.FLOAT)
     if pixels is None:
-        raise ImageError(f"{path}: its pixels can't be read; the file is incomplete: {source.geterror()}")
+        raise ImageError(
+            f"{path}: its pixels can't be read; the file is incomplete: {cause(source.geterror())}"
+        )
     order = [spec.channelnames.index(f"{layer}.{name}" if layer else name) for name in names]
     values = np.asarray(pixels, dtype=np.float64).reshape(spec.height, spec.width, -1)[..., order]
     return Finished(values[None], True, _rounding(source))
@@ -151,7 +153,9 @@ def _read_parts(path: Path, source: oiio.ImageInput, named: dict[str, int], chan
         source.seek_subimage(named[name], 0)
         spec, pixels = source.spec(), source.read_image(oiio.FLOAT)
         if pixels is None:
-            raise ImageError(f"{path}: its pixels can't be read; the file is incomplete: {source.geterror()}")
+            raise ImageError(
+                f"{path}: its pixels can't be read; the file is incomplete: {cause(source.geterror())}"
+            )
         found = [channel.rpartition(".")[2] for channel in spec.channelnames]
         wanted = next((w for w in (channel_names(channels), ["Y"]) if set(w) <= set(found)), None)
         if wanted is None:

@@ -42,6 +42,17 @@ nested.deep = Versioned(6.0)
 number = 4
 
 
+class Wrong(Constant):
+    def render(self, scene, bounces, spp, seed):
+        if spp == 1:
+            raise SystemExit(3)
+        if spp == 2:
+            return [[1.0], [2.0, 3.0]]
+        if spp == 3:
+            raise ValueError("x" * 3_000_000)
+        return super().render(scene, bounces, spp, seed)
+
+
 def words(scene, bounces, spp, seed):
     return "words"
 
@@ -83,12 +94,36 @@ def test_an_object_of_the_working_directory(
     [
         ("own:nothing", "own has no nothing; there are np, Constant"),
         ("own:number", "own:number is a int: expected an object with render"),
-        ("own:words", r"own:words can't be loaded: words\(\) missing 4 required"),
+        ("own:words", r"own:words can't be loaded: TypeError: words\(\) missing 4 required"),
     ],
 )
 def test_what_is_no_renderer(own: Path, spotless: Any, name: str, message: str) -> None:
     with pytest.raises(RendererFailed, match=message):
         RendererProcess(name)
+
+
+def test_what_an_object_does_wrong_is_told_and_it_lives_on(own: Path, scene: Scene, spotless: Any) -> None:
+    """Whoever leaves, returns what is no array, or has much to say is asked again."""
+    with RendererProcess("own:Wrong") as process:
+        for spp, message in (
+            (1, "^SystemExit: 3$"),
+            (2, "^ValueError: setting an array"),
+            (3, "^ValueError: x{900,1000} …$"),
+        ):
+            with pytest.raises(RendererFailed, match=message) as caught:
+                process.render(scene, [0], spp, 0, timeout=60)
+            assert not caught.value.at_start
+            assert (
+                "Traceback" in "".join(caught.value.log) or spp == 3
+            )  # the end of its line is all that is kept
+        assert process.render(scene, [0], 4, 0, timeout=60).max() == 3.0
+
+
+def test_a_module_that_leaves(own: Path, spotless: Any) -> None:
+    (own / "leaving.py").write_text("raise SystemExit('no licence')")
+    with pytest.raises(RendererFailed, match="leaving:X can't be loaded: SystemExit: no licence") as caught:
+        RendererProcess("leaving:X")
+    assert caught.value.at_start
 
 
 def test_words_are_no_image(own: Path, scene: Scene, spotless: Any) -> None:
@@ -98,7 +133,7 @@ def test_words_are_no_image(own: Path, scene: Scene, spotless: Any) -> None:
 
 def test_a_module_that_is_not_there_is_a_wrong_name(own: Path) -> None:
     """And so is a wrong variant of a renderer of ours."""
-    with pytest.raises(UnknownNameError, match="no renderer is called 'owm:Constant'"):
+    with pytest.raises(UnknownNameError, match="'owm:Constant': there is no module owm here, nor installed"):
         canonical("owm:Constant")
     (own / "mitsuba.py").write_text("raise SystemExit")
     with pytest.raises(UnknownNameError, match="no renderer is called 'mitsuba:scalar_rg'"):

@@ -145,5 +145,8 @@ def test_a_part_of_a_picture_is_refused(tmp_path: Path, pixels: np.ndarray) -> N
 
 def test_a_file_cut_short_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path / "a.exr", ["R", "G", "B"], np.random.default_rng(1).random((64, 64, 3)))
-    path.write_bytes(path.read_bytes()[:20000])
-    assert "a.exr: " in complaint(path)
+    content = path.read_bytes()
+    for length in (20, 200, 20000):
+        path.write_bytes(content[:length])
+        assert "a.exr: " in complaint(path)
+        assert "\n" not in complaint(path), "one cause, on one line"
