@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +88,45 @@ def test_an_object_of_the_working_directory(
         assert process.version == version
         image = process.render(scene, [0, 2], 1, 0, timeout=60)
     np.testing.assert_array_equal(image, np.full((2, 3, 4, 3), value))
+
+
+NUMBERED = """
+import hashlib
+import numpy as np
+
+def numbered(*shape):
+    return np.arange(np.prod(shape), dtype=float).reshape(shape)
+
+class Numbered:
+    def render(self, scene, bounces, spp, seed):
+        digits = int(hashlib.sha256(scene.to_json()).hexdigest()[:4], 16)
+        images = [1e6 * k + numbered(*scene.shape) for k in bounces]
+        images[0][0, 0] = digits, spp, seed
+        return np.array(images)
+
+    def total(self, scene, spp, seed):
+        return np.asfortranarray(-numbered(*scene.shape) - 100 * spp - 1000 * seed)
+
+    def first_hits(self, scene):
+        return numbered(scene.sensor.height * scene.sensor.width, 5).T
+"""
+
+
+def test_an_object_s_numbers_come_as_they_are(own: Path, spotless: Any) -> None:
+    """Its place in the array says what each number is: bounce, row, column, channel; and the scene is ours, whole."""
+    (own / "my_numbers.py").write_text(NUMBERED)
+    scene = library.case("cornell-box").scene.resized(4, 3)
+    place = np.arange(36.0).reshape(3, 4, 3)
+    with RendererProcess("my_numbers:Numbered") as process:
+        images = process.render(scene, [0, 2, 5], 7, 11, timeout=60)
+        total = process.total(scene, 7, 11, timeout=60)
+        hits = process.first_hits(scene, timeout=60)
+    digits = int(hashlib.sha256(scene.to_json()).hexdigest()[:4], 16)
+    np.testing.assert_array_equal(images[0, 0, 0], [digits, 7, 11])
+    np.testing.assert_array_equal(images[0].flat[3:], place.flat[3:])
+    np.testing.assert_array_equal(images[1:], [2e6 + place, 5e6 + place])
+    np.testing.assert_array_equal(total, -place - 11_700)
+    np.testing.assert_array_equal(hits, np.arange(60.0).reshape(12, 5).T)
 
 
 @pytest.mark.parametrize(
