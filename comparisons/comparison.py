@@ -72,8 +72,10 @@ class Comparing:
         self.truth_means = self.regions.means(truth.mean)
         self.truth_errors = self.regions.stderr(truth.stderr)
         self.denominators = denominators(self.truth_means)
-        # who ends at some bounce has no sum of all
-        self.series = series if self.traits.last_bounce is None else None
+        last = self.traits.last_bounce
+        self.series = series if last is None else None
+        ends = TotalResult(verdict="unsupported", message=f"total: the renderer stops at bounce {last}")
+        self.no_totals = [] if series is None or last is None else [ends]
         # the total is one image more to be wrong about
         self.others = self.truth_means[0].size + (case.scene.channels if self.series else 0)
         self.found: dict[int, BounceResult] = {}
@@ -87,7 +89,7 @@ class Comparing:
             known = declared(list(self.settings.known), self.case.name, self.name, version)
             sampler = self._sample(known)
             seconds = sampler.seconds
-            totals = [self._total(self.series, known)] if self.series else []
+            totals = [self._total(self.series, known)] if self.series else self.no_totals
         except RendererError as error:
             seconds = time.monotonic() - start
             return failed(self.case, self.shown_name, self.settings, error, seconds, version)

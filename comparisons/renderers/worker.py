@@ -121,8 +121,9 @@ def _answer(renderer: Renderer, request: Request, scene: Scene) -> tuple[Reply, 
 
 
 def _told(error: BaseException) -> str:
-    """What was raised, in a line or a few; all of it goes to the log."""
-    traceback.print_exc()
+    """What was raised, in a line or a few; all of it goes to the log, but what we say ourselves is all there is."""
+    if not isinstance(error, RendererError):
+        traceback.print_exc()
     told = (
         str(error) if isinstance(error, RendererError | ImportError) else f"{type(error).__name__}: {error}"
     )

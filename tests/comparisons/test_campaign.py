@@ -245,11 +245,18 @@ def test_the_observer_sees_it_all(compare: Compare, observer: Any) -> None:
 def test_a_renderer_may_stop_at_a_bounce(compare: Compare, tmp_path: Path) -> None:
     """What it has is judged; what it has not is said to be unsupported."""
     comparison = compare(
-        "furnace-box", "mitsuba:scalar_rgb:direct", size=(8, 8), tolerance=0.02, tile_tolerance=0.2
+        "furnace-box",
+        "mitsuba:scalar_rgb:direct",
+        size=(8, 8),
+        tolerance=0.02,
+        tile_tolerance=0.2,
+        total=True,
     )
     assert comparison.verdict == "pass"
     assert [bounce.bounce for bounce in comparison.bounces] == [0, 1]
     assert "Bounces 2 to 5 are unsupported: the renderer stops at bounce 1" in comparison.notes
+    [total] = comparison.totals
+    assert (total.verdict, total.message) == ("unsupported", "total: the renderer stops at bounce 1")
     assert comparison.images is not None
     assert exr.read_bounces(tmp_path / comparison.images.renderer)[0].shape == (2, 8, 8, 3)
 

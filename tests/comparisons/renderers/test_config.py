@@ -228,6 +228,19 @@ def test_placeholders_are_filled() -> None:
     assert filled("{bounces+1}{{{spp}}}", values) == "5{16}"
 
 
+def test_an_integrator_of_one_s_own_does_not_end_where_mitsuba_s_does(
+    configured: Callable[..., Path],
+) -> None:
+    mine = {"type": "mine", "max_depth": "{max_depth}"}
+    configured(
+        mine={"mitsuba": "scalar_rgb:direct", "integrator": mine},
+        theirs={"mitsuba": "scalar_rgb:direct", "title": "as it is"},
+    )
+    assert (resolve("mine").last_bounce, resolve("theirs").last_bounce) == (None, 1)
+    assert resolve("mine").title == "mitsuba:scalar_rgb:direct with integrator mine"
+    assert resolve("theirs").title == "as it is"
+
+
 def test_a_name_of_ours_is_taken(configured: Callable[..., Path]) -> None:
     configured(mitsuba={"command": COMMAND, "scene": "json", "images": "cumulative"})
     with pytest.raises(

@@ -138,8 +138,9 @@ def test_an_object_s_numbers_come_as_they_are(own: Path, spotless: Any) -> None:
     ],
 )
 def test_what_is_no_renderer(own: Path, spotless: Any, name: str, message: str) -> None:
-    with pytest.raises(RendererFailed, match=message):
+    with pytest.raises(RendererFailed, match=message) as caught:
         RendererProcess(name)
+    assert bool(caught.value.log) == (name == "own:words"), "a traceback of what is theirs alone"
 
 
 def test_what_an_object_does_wrong_is_told_and_it_lives_on(own: Path, scene: Scene, spotless: Any) -> None:
