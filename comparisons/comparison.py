@@ -336,10 +336,12 @@ def _as_far_as_it_goes(case: Case, truth: Truth, last: int | None) -> tuple[Case
     if last is None or case.bounces <= last:
         return case, truth, []
     truth = replace(truth, mean=truth.mean[: last + 1], stderr=truth.stderr[: last + 1])
+    several = f"Bounces {last + 1} to {case.bounces} are"
+    unheld = f"Bounce {case.bounces} is" if case.bounces == last + 1 else several
     return (
         replace(case, bounces=last),
         truth,
-        [f"Bounces {last + 1} to {case.bounces} are unsupported: the renderer stops at bounce {last}"],
+        [f"{unheld} unsupported: the renderer stops at bounce {last}"],
     )
 
 

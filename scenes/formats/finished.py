@@ -19,6 +19,9 @@ from scenes.formats.exr import ImageError, Images, cause, read_bounces
 _LINEAR = "Save the linear image as EXR, with 16- or 32-bit floats"
 
 
+_OR_LAYERS = ' Did you mean --layers, or images = "layers" in a configuration?'
+
+
 @dataclass(frozen=True)
 class Finished:
     """What is in the file.
@@ -99,8 +102,13 @@ def _read_sum(path: Path, source: oiio.ImageInput, channels: int) -> Finished:
         shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
         wanted = ", ".join(channel_names(channels)[:3]) + (", …" if channels > 3 else "")
         several = f"; more than one layer has them: {', '.join(p[1] for p in found)}" if found else ""
-        layered = " Did you mean --layers?" if any(name.startswith("bounce") for name in names) else ""
+        layered = _OR_LAYERS if any(name.startswith("bounce") for name in names) else ""
         raise ImageError(f"{path}: expected channels {wanted}, or Y; found {shown}{several}.{layered}")
+    if len(unnamed) > 1:
+        parts = [str(part.getattribute("oiio:subimagename") or "") for part in _parts(source)]
+        named = ", ".join(parts[part] for part, *_ in unnamed)
+        layered = _OR_LAYERS if all(part.startswith("bounce") for part in parts) else ""
+        raise ImageError(f"{path}: expected one picture; found one in each of the parts {named}.{layered}")
     part, layer, names = (unnamed or found)[0]
     source.seek_subimage(part, 0)
     spec, pixels = source.spec(), source.read_image(oiio.FLOAT)

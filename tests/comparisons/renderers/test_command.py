@@ -124,6 +124,22 @@ def test_a_grey_scene_may_come_in_colours(tmp_path: Path) -> None:
     np.testing.assert_allclose(read(file, False, (8, 10, 1)).images[0, ..., 0], KNOWN.mean(axis=-1))
 
 
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("layers", "more than one layer has them: bounce0, bounce1"),
+        ("parts", "in each of the parts bounce0, bounce1"),
+    ],
+)
+def test_bounces_are_no_sum(start: Any, kind: str, said: str) -> None:
+    """The first of them might be taken for the sum."""
+    with pytest.raises(
+        RendererFailed, match=rf"{said}\. Did you mean --layers, or images = \"layers\""
+    ) as caught:
+        rendered(start("--layers", kind), [1])
+    assert "wrote something else than the image that was asked for" in str(caught.value)
+
+
 def test_a_coloured_scene_may_not_come_in_grey(start: Any) -> None:
     with pytest.raises(RendererFailed, match="an image of 1 channels, expected 3"):
         rendered(start("--wrong", "grey"), [0])

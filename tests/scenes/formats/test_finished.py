@@ -133,7 +133,9 @@ def test_other_channels_are_named(tmp_path: Path, pixels: np.ndarray) -> None:
     )
     assert "more than one layer has them: direct, indirect" in complaint(path)
     exr.write_bounces(tmp_path / "c.exr", np.stack([pixels, pixels]))
-    assert complaint(tmp_path / "c.exr").endswith("Did you mean --layers?")
+    assert complaint(tmp_path / "c.exr").endswith(
+        'Did you mean --layers, or images = "layers" in a configuration?'
+    )
     assert "expected layers bounce0" in complaint(path, layers=True)
 
 
