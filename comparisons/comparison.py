@@ -71,8 +71,10 @@ class Comparing:
         self.truth_means = self.regions.means(truth.mean)
         self.truth_errors = self.regions.stderr(truth.stderr)
         self.denominators = denominators(self.truth_means)
-        # who ends at some bounce has no sum of all
-        self.series = series if self.traits.last_bounce is None else None
+        last = self.traits.last_bounce
+        self.series = series if last is None else None
+        ends = TotalResult(verdict="unsupported", message=f"total: the renderer stops at bounce {last}")
+        self.no_totals = [] if series is None or last is None else [ends]
         # the total is one image more to be wrong about
         self.others = self.truth_means[0].size + (case.scene.channels if self.series else 0)
         self.found: dict[int, BounceResult] = {}
@@ -86,7 +88,7 @@ class Comparing:
             known = declared(list(self.settings.known), self.case.name, self.name, version)
             sampler = self._sample(known)
             seconds = sampler.seconds
-            totals = [self._total(self.series, known)] if self.series else []
+            totals = [self._total(self.series, known)] if self.series else self.no_totals
         except RendererError as error:
             seconds = time.monotonic() - start
             return failed(self.case, self.shown_name, self.settings, error, seconds, version)
@@ -324,10 +326,12 @@ def _as_far_as_it_goes(case: Case, truth: Truth, last: int | None) -> tuple[Case
     if last is None or case.bounces <= last:
         return case, truth, []
     truth = replace(truth, mean=truth.mean[: last + 1], stderr=truth.stderr[: last + 1])
+    several = f"Bounces {last + 1} to {case.bounces} are"
+    unheld = f"Bounce {case.bounces} is" if case.bounces == last + 1 else several
     return (
         replace(case, bounces=last),
         truth,
-        [f"Bounces {last + 1} to {case.bounces} are unsupported: the renderer stops at bounce {last}"],
+        [f"{unheld} unsupported: the renderer stops at bounce {last}"],
     )
 
 

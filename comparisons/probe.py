@@ -66,6 +66,8 @@ class Probe:
                 return self._ask(name, of_total=True)
             return None  # of this scene; it may well render another one
         except RendererError as error:
+            if error.at_start:
+                return error
             asked = "asked for the Cornell box, which tells whether it heeds its seed"
             return type(error)(f"{error} ({asked})", error.log)
         if one.any() and np.array_equal(one, other):

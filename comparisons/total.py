@@ -288,4 +288,14 @@ def counted(totals: Sequence[TotalResult]) -> list[Verdict]:
 
 def said_of(totals: Sequence[TotalResult]) -> str:
     """What a reader must know of totals without a verdict, or that went wrong; empty if there is nothing."""
-    return "; ".join(t.message for t in totals if t.message and t.verdict in ("inconclusive", "error"))
+    said: dict[str, list[float]] = {}
+    for total in totals:
+        if total.message and total.verdict in ("inconclusive", "error"):
+            said.setdefault(total.message, []).append(total.scale)
+    everywhere = len(said) == 1 and len(totals) == len(next(iter(said.values())))
+    return "; ".join(
+        message
+        if everywhere or scales == [1.0]
+        else f"albedo × {', '.join(f'{s:g}' for s in scales)}: {message}"
+        for message, scales in said.items()
+    )

@@ -13,7 +13,8 @@ WORKER_START_TIMEOUT = 900.0
 """Seconds for a worker file to be ready: the first time, its packages are fetched."""
 
 Arguments = Annotated[list[str], Meta(min_length=1)]
-Seconds = Annotated[float, Meta(gt=0)]
+Seconds = Annotated[float, Meta(gt=0, le=1e6)]
+"""As long as a budget may be, and no infinity: what hangs has to end."""
 
 
 class Shared(msgspec.Struct, kw_only=True):
@@ -58,7 +59,7 @@ class Command(Shared, kw_only=True):
     timeout: Seconds = 120.0
     extension: Annotated[str, Meta(pattern=r"^\.[A-Za-z0-9]+$")] = ".exr"
     env: dict[str, str] = {}
-    version: str | list[str] = ""
+    version: str | Arguments = ""
 
 
 class WorkerFile(Shared, kw_only=True):

@@ -67,6 +67,9 @@ Reply = Ready | Rendered | Refused | Failed
 _LONGEST = 1 << 20
 """Bytes of a line of a reply."""
 
+_SHOWN = 100
+"""Bytes of a line that is no reply, in the message that says so."""
+
 _LARGEST = 1 << 36
 """Bytes of an image."""
 
@@ -109,7 +112,13 @@ def receive_reply(stream: IO[bytes]) -> tuple[Reply, Images | None]:
         raise msgspec.DecodeError(f"a line of more than {_LONGEST} bytes")
     if not line.endswith(b"\n"):
         raise EOFError
-    reply = _replies.decode(line)
+    try:
+        reply = _replies.decode(line)
+    except msgspec.DecodeError as error:
+        shown = line[:_SHOWN].decode(errors="backslashreplace").rstrip()
+        raise msgspec.DecodeError(
+            f"{shown!r}: {error}; what else is printed belongs on the standard error"
+        ) from None
     if not isinstance(reply, Rendered):
         return reply, None
     size = 8 * math.prod(reply.shape)

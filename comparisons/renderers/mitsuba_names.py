@@ -117,13 +117,23 @@ def parse(name: str) -> Form:
     for part, (kind, known) in zip(parts, _PARTS.items(), strict=False):
         if part not in known:
             raise FormError(
-                f"no renderer is called {name!r}: there is no {kind} {part!r}, but {', '.join(known)}"
+                f"no renderer is called {name!r}: there is no {kind} {part!r}, but {', '.join(known)}{_meant(part)}"
             )
     form = Form(*parts)
     if form.integrator == "prb" and not form.compiled:
         works = form._replace(variant="llvm_ad_rgb").name
         raise FormError(f"{name}: prb needs a variant that Dr.Jit compiles, such as {works}")
     return form
+
+
+def _meant(part: str) -> str:
+    """What is to be written for a part that stands in another's place."""
+    if part in INTEGRATORS:
+        variant = "llvm_ad_rgb" if part == "prb" else "scalar_rgb"
+        return f"; the integrator {part} is {Form(variant, part).spelled_out.rpartition(':')[0]}"
+    if part in SAMPLERS:
+        return f"; the sampler {part} is {Form(sampler=part).spelled_out}"
+    return ""
 
 
 def entry_of(name: str) -> Entry | None:

@@ -16,14 +16,15 @@ see ``KINDS``; ``integrator`` and ``sampler``, of which there is one. An integra
     {rr_depth}     from which on Russian roulette is allowed: 5 as Mitsuba does, or so many that there is none
 
 One that takes neither depth is asked for the sum of all bounces alone. A property that a scene needs and the table
-does not pass on makes the scene unsupported: a sphere seen from inside, say, where ``flip_normals`` is left out.
+does not pass on makes the scene unsupported: a sphere seen from inside, say, where ``flip_normals`` is missing. One
+that a plugin of the scene has not is left out there: ``flip_normals``, of a sphere seen from outside.
 """
 
 from __future__ import annotations
 
 import re
 import runpy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,20 +40,34 @@ from scenes.names import UnknownNameError
 Dict = dict[str, Any]
 Properties = dict[str, Any]
 
-KINDS: Mapping[str, Sequence[str]] = {
-    "bsdf": (
-        "blendbsdf",
-        "conductor",
-        "dielectric",
-        "diffuse",
-        "roughconductor",
-        "roughdielectric",
-        "twosided",
-    ),
-    "emitter": ("area", "constant", "directional", "envmap", "point", "spot"),
-    "shape": ("disk", "ply", "rectangle", "sphere"),
+_GGX = ("distribution", "alpha", "sample_visible")
+
+KINDS: Mapping[str, Mapping[str, Sequence[str]]] = {
+    "bsdf": {
+        "blendbsdf": ("weight", "first", "second"),
+        "conductor": ("material", "specular_reflectance", "eta", "k"),
+        "dielectric": ("int_ior", "ext_ior"),
+        "diffuse": ("reflectance",),
+        "roughconductor": ("eta", "k", *_GGX),
+        "roughdielectric": ("int_ior", "ext_ior", *_GGX),
+        "twosided": (),
+    },
+    "emitter": {
+        "area": ("radiance",),
+        "constant": ("radiance",),
+        "directional": ("direction", "irradiance"),
+        "envmap": ("bitmap", "to_world"),
+        "point": ("position", "intensity"),
+        "spot": ("to_world", "intensity", "cutoff_angle", "beam_width"),
+    },
+    "shape": {
+        "disk": ("to_world",),
+        "ply": ("filename", "face_normals"),
+        "rectangle": ("to_world",),
+        "sphere": ("to_world", "flip_normals"),
+    },
 }
-"""The plugins that the adapter makes scenes of."""
+"""The plugins that the adapter makes scenes of, and all properties that it gives them in one scene or another."""
 
 DEPTHS = ("max_depth", "bounces", "rr_depth")
 """What an integrator may be told."""
@@ -99,12 +114,11 @@ class MitsubaPlugin(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
                         f"{kind}: {UnknownNameError(f'{kind} plugin of the adapter', own, known)}"
                     )
                 _check_type(f"{kind}.{own}", table)
+                _check_placeholders(f"{kind}.{own}", table, known[own])
         for kind in ("integrator", "sampler"):
             if (table := getattr(self, kind)) is not None:
                 _check_type(kind, table)
-                known = DEPTHS if kind == "integrator" else ()
-                if unknown := [name for name in _placeholders(table) if name not in known]:
-                    raise PluginError(f"{kind}: {{{unknown[0]}}}: there are {', '.join(known) or 'none'}")
+                _check_placeholders(kind, table, DEPTHS if kind == "integrator" else ())
 
 
 def entry(plugin: MitsubaPlugin) -> Entry:
@@ -189,7 +203,7 @@ class PluginStandIns:
             "bounces": depth if depth == -1 else depth - 1,
             "rr_depth": own.get("rr_depth", 5),
         }
-        return _filled(table, known.__getitem__)
+        return _filled(table, known)
 
     def sampler(self, own: Dict) -> Dict:
         """The user's, or Mitsuba's own."""
@@ -209,27 +223,24 @@ def _stand_in(key: str, table: Properties, own: Dict) -> Dict:
     """What stands in for a plugin of the scene.
 
     Raises:
-        Unsupported: it passes on too little, or something that the plugin does not have in this scene.
+        Unsupported: it passes on too little.
     """
     children = {name: part for name, part in own.items() if name in ("bsdf", "emitter")}
     properties = {name: value for name, value in own.items() if name not in {"type", *children}}
-
-    def value_of(name: str) -> Any:
-        if name not in properties:
-            raise Unsupported(
-                f"{{{name}}} in {key}: here {own['type']} has {', '.join(properties) or 'no properties'}"
-            )
-        return properties[name]
-
-    made = _filled(table, value_of)
     if lost := [name for name in properties if name not in {*_placeholders(table), *table}]:
         raise Unsupported(f"{lost[0]} of {own['type']}: {key} does not pass it on; expected {{{lost[0]}}}")
-    return {**children, **made}
+    return {**children, **_filled(table, properties)}
 
 
 def _check_type(key: str, table: Properties) -> None:
     if not isinstance(table.get("type"), str):
         raise PluginError(f'{key}: expected a table with the type of a plugin: {{ type = "mine", … }}')
+
+
+def _check_placeholders(key: str, table: Properties, known: Sequence[str]) -> None:
+    """Refuse what the adapter has in no scene."""
+    if unknown := [name for name in _placeholders(table) if name not in known]:
+        raise PluginError(f"{key}: {{{unknown[0]}}}: there are {', '.join(known) or 'none'}")
 
 
 def _placeholders(table: Properties) -> list[str]:
@@ -238,13 +249,15 @@ def _placeholders(table: Properties) -> list[str]:
     return [match[1] for match in matches if match] + nested
 
 
-def _filled(table: Properties, value_of: Callable[[str], Any]) -> Dict:
+def _filled(table: Properties, values: Mapping[str, Any]) -> Dict:
+    """What there is no value for is left out, as the adapter leaves it to Mitsuba's default."""
     made: Dict = {}
     for name, value in table.items():
         if isinstance(value, dict):
-            made[name] = _filled(value, value_of)
+            made[name] = _filled(value, values)
         elif isinstance(value, str) and (match := _PLACEHOLDER.fullmatch(value)):
-            made[name] = value_of(match[1])
+            if match[1] in values:
+                made[name] = values[match[1]]
         else:
             made[name] = value
     return made

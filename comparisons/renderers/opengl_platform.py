@@ -42,6 +42,12 @@ def load() -> Any:
         import pyrender
     except ModuleNotFoundError as error:
         raise ImportError(f"there is no module {error.name}: {INSTALL}") from None
+    except ImportError as error:  # PyOpenGL's: its platform has no library, or can't use it
+        said = " ".join(map(str, error.args))[:100]
+        raise RendererFailed(
+            f"{_PLATFORM}={os.environ[_PLATFORM]}: {said}; without that variable it is EGL, or OSMesa where there is "
+            "none; on Debian: apt install libegl1 libgl1 libgl1-mesa-dri (or libosmesa6)"
+        ) from None
     return pyrender
 
 

@@ -40,6 +40,11 @@ def check(keys: Command) -> None:
     Raises:
         PlaceholderError: which one, and why.
     """
+    for key, command in (("command", keys.command), ("total", keys.total)):
+        if command and (not command[0] or _names(key, command[:1])):
+            raise PlaceholderError(
+                key, f"{command[0]!r} is no program: expected ./mine, or a name on the PATH"
+            )
     in_env = {name for key, text in keys.env.items() for name in _names(f"env.{key}", [text])}
     _check_command(keys, "command", _names("command", keys.command) | in_env, keys.images != "total")
     if keys.total:

@@ -96,14 +96,19 @@ class RendererProcess:
         except OSError as error:
             self._forget()
             hint = f"; {entry.install}" if entry.install and isinstance(error, FileNotFoundError) else ""
-            raise RendererFailed(f"its process can't be started: {error}{hint}") from None
+            failed = RendererFailed(f"its process can't be started: {error}{hint}")
+            failed.at_start = True
+            raise failed from None
         try:
             started(self)
             reply, _ = self._reply(entry.start_timeout)
             if not isinstance(reply, Ready):
-                raise RendererFailed(
-                    reply.message if isinstance(reply, Failed) else f"said {reply}", self.log()
-                )
+                said = f"said {reply} where it should have been ready"
+                raise RendererFailed(reply.message if isinstance(reply, Failed) else said, self.log())
+        except RendererError as error:
+            error.at_start = True
+            self.close()
+            raise
         except BaseException:
             self.close()
             raise

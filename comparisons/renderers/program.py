@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import signal
@@ -41,10 +42,12 @@ def executable(name: str, folder: Path) -> str:
         return found
     path = Path(name).expanduser()
     path = path if path.is_absolute() else folder / path
+    if path.is_dir():
+        raise RendererFailed(f"{path} is a folder: expected a program")
     if not path.is_file():
         raise RendererFailed(f"{path}: there is no such program; has it been built?")
     if not os.access(path, os.X_OK):
-        raise RendererFailed(f"{path} can't be run: it is not executable")
+        raise RendererFailed(f"{path} can't be run: it is not executable; try chmod +x")
     return str(path)
 
 
@@ -75,7 +78,8 @@ def run(command: Sequence[str], folder: Path, environment: Mapping[str, str], ti
             process_group=0,
         )
     except (OSError, ValueError) as error:  # a null byte in an argument is a ValueError
-        raise RendererFailed(f"{_shown(command)}: can't be started: {error}") from None
+        script = "; a script begins with #! and its interpreter" if _is_no_program(error) else ""
+        raise RendererFailed(f"{_shown(command)}: can't be started: {error}{script}") from None
     expired = threading.Event()
 
     def stop() -> None:
@@ -125,6 +129,10 @@ class _Said:
         self._thread.join(_LINGER)  # a child that has left the process group may still hold the pipe
         lines = self._end.decode(errors="replace").split("\n")
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
+
+
+def _is_no_program(error: Exception) -> bool:
+    return isinstance(error, OSError) and error.errno == errno.ENOEXEC
 
 
 def _end_group(leader: int) -> None:

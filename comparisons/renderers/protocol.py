@@ -22,11 +22,16 @@ class RendererError(Exception):
     ├── Unsupported      the scene needs a feature that the renderer does not have
     ├── RendererFailed   it raised, crashed, could not be imported, or returned something that is no image
     └── RendererTimeout  it did not answer in time, and was stopped
+
+    Attributes:
+        log: the last lines that it printed.
+        at_start: whether it was never ready, and has not been asked for anything.
     """
 
     def __init__(self, message: str, log: list[str] | None = None) -> None:
         super().__init__(message)
         self.log = log or []
+        self.at_start = False
 
 
 class Unsupported(RendererError):

@@ -29,6 +29,7 @@ from scenes.names import UnknownNameError
 GROUP = "lightproof.renderers"
 """Of the entry points by which installed packages bring renderers along."""
 
+_ANNOUNCED = re.compile(r"[A-Za-z0-9][A-Za-z0-9._:-]*")
 _OBJECT = re.compile(r"[^\W\d][\w.]*:[^\W\d][\w.]*")
 
 
@@ -139,9 +140,13 @@ def listed() -> dict[str, Entry]:
 
 
 def announced() -> dict[str, EntryPoint]:
-    """The renderers of installed packages, by name. A name that is ours, or the user's, is not theirs."""
+    """The renderers of installed packages, by name.
+
+    A name that is ours, or the user's, is not theirs; nor is one that no file could have.
+    """
     taken = {*RENDERERS, *SHORT_NAMES, *_own()}
-    return {point.name: point for point in entry_points(group=GROUP) if point.name not in taken}
+    points = (point for point in entry_points(group=GROUP) if _ANNOUNCED.fullmatch(point.name))
+    return {point.name: point for point in points if point.name not in taken}
 
 
 def installed(entry: Entry) -> str | None:
@@ -191,6 +196,9 @@ def _found(name: str) -> Entry:
     for candidate in _candidates(name):
         if candidate is not None:
             return candidate
+    module = name.partition(":")[0]
+    if _OBJECT.fullmatch(name) and module not in {known.partition(":")[0] for known in RENDERERS}:
+        raise UnknownNameError("renderer", name, (), f"there is no module {module} here, nor installed")
     raise UnknownNameError("renderer", name, [*SHORT_NAMES, *listed()])
 
 

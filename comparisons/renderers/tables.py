@@ -19,8 +19,8 @@ from msgspec import NODEFAULT, inspect
 from comparisons.renderers import placeholders
 from comparisons.renderers.entry import Entry
 from comparisons.renderers.keys import Command, PythonObject, Shared, WorkerFile
-from comparisons.renderers.mitsuba_names import FAMILY, LAST_BOUNCE, parse
 from comparisons.renderers.mitsuba_plugin import MitsubaPlugin, PluginError
+from comparisons.renderers.mitsuba_plugin import entry as plugin_entry
 from comparisons.renderers.placeholders import PlaceholderError
 from scenes.names import UnknownNameError
 
@@ -94,6 +94,7 @@ def _command(table: dict[str, Any], place: Place) -> Entry:
         one_walk=said.images == "layers",
         package="",
         seeded=said.seed,
+        install=f"make or install {said.command[0]}",
     )
     return _with_shared(entry, said, place)
 
@@ -114,7 +115,7 @@ def _worker(table: dict[str, Any], place: Place) -> Entry:
         msgspec.json.encode([start[0], said.version]).decode(),
         worker=(*start, str(file.resolve())),
         package="",
-        install="" if said.python else "pip install uv",
+        install=f"install {said.python}" if said.python else "pip install uv",
         start_timeout=said.start_timeout,
     )
     return _with_shared(entry, said, place)
@@ -134,24 +135,15 @@ def _object(table: dict[str, Any], place: Place) -> Entry:
 
 
 def _mitsuba(table: dict[str, Any], place: Place) -> Entry:
-    shared = {field.name for field in msgspec.structs.fields(Shared)}
+    shared = Shared.__struct_fields__
+    place.refuse_unknown(table, (*shared, *MitsubaPlugin.__struct_fields__))
     said = _read(Shared, {key: value for key, value in table.items() if key in shared}, place)
+    plugin = _read(MitsubaPlugin, {key: value for key, value in table.items() if key not in shared}, place)
     try:
-        own = {key: value for key, value in table.items() if key not in shared}
-        plugin = msgspec.convert(own, type=MitsubaPlugin)
-        plugin.check()
-    except (msgspec.ValidationError, PluginError) as error:
+        entry = plugin_entry(plugin)
+    except PluginError as error:
         raise ConfigError(f"{place}: {error}") from None
-    form = parse(f"{FAMILY}:{plugin.mitsuba}")
-    entry = Entry(
-        f"{form.title}, with plugins of one's own",
-        "mitsuba_plugin",
-        "MitsubaPluginRenderer",
-        msgspec.json.encode(plugin).decode(),
-        last_bounce=LAST_BOUNCE.get(form.integrator),
-        spp_unit=form.spp_unit,
-    )
-    return msgspec.structs.replace(_with_shared(entry, said, place), package=FAMILY)
+    return _with_shared(entry, said, place)
 
 
 _KINDS: dict[str, Callable[[dict[str, Any], Place], Entry]] = {
@@ -229,14 +221,18 @@ def _expected(kind: Any) -> str:
             return " or ".join(f'"{value}"' for value in values)
         case inspect.ListType(min_length=least):
             return "a list of texts" + (", at least one" if least else "")
-        case inspect.DictType():
+        case inspect.DictType(value_type=inspect.StrType()):
             return "a table of texts"
+        case inspect.DictType():
+            return 'a table of tables, each by the type of what it stands in for: diffuse = { type = "mine" }'
         case inspect.FloatType():
-            return "a number > 0"
+            return "a number > 0, and no more than 1,000,000"
         case inspect.BoolType():
             return "true or false"
+        case inspect.UnionType(types=types) if any(isinstance(one, inspect.DictType) for one in types):
+            return 'a table with the type of a plugin: { type = "mine" }'
         case inspect.UnionType():
-            return "a text or a list of texts"
+            return "a text or a list of texts, at least one"
         case inspect.StrType(pattern=pattern) if pattern:
             return "module:attribute" if ":" in pattern else 'an extension such as ".exr"'
     return "a text"

@@ -45,6 +45,9 @@ from comparisons.renderers.protocol import (
 from comparisons.renderers.registry import make
 from scenes import Scene
 
+_LONGEST = 1000
+"""Characters of a message; the log has the rest."""
+
 _LEAVING = threading.Lock()
 
 
@@ -62,13 +65,14 @@ def main(name: str, known: str) -> None:
             os.chdir(entry.folder)
         renderer = make(entry)
         send_reply(replies, Ready(_version(renderer)))
-    except Exception as error:
-        traceback.print_exc()
-        send_reply(replies, Failed(f"{name} can't be loaded: {error}"))
+    except (Exception, SystemExit) as error:
+        send_reply(replies, Failed(f"{name} can't be loaded: {_told(error)}"))
         return
     try:
         while (request := receive_request(sys.stdin.buffer)) is not None:
             send_reply(replies, *_answer(renderer, *request))
+    except Exception:
+        traceback.print_exc()
     finally:  # the run has gone: had it sent us home, we would not get here
         _leave()
 
@@ -107,14 +111,23 @@ def _answer(renderer: Renderer, request: Request, scene: Scene) -> tuple[Reply, 
             image = _total(renderer, scene, request)
         else:
             image = renderer.render(scene, request.bounces, request.spp, request.seed)
+        return _rendered(image)
     except Unsupported as missing:
         return Refused(str(missing)), None
     except RendererError as error:
         return Failed(str(error)), None
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # what calls sys.exit wants to end a program, and is none
+        return Failed(_told(error)), None
+
+
+def _told(error: BaseException) -> str:
+    """What was raised, in a line or a few; all of it goes to the log, but what we say ourselves is all there is."""
+    if not isinstance(error, RendererError):
         traceback.print_exc()
-        return Failed(f"{type(error).__name__}: {error}"), None
-    return _rendered(image)
+    told = (
+        str(error) if isinstance(error, RendererError | ImportError) else f"{type(error).__name__}: {error}"
+    )
+    return told if len(told) <= _LONGEST else f"{told[:_LONGEST]} …"
 
 
 def _rendered(found: object) -> tuple[Reply, Images | None]:

@@ -134,10 +134,15 @@ def read_attribute(path: Path, name: str) -> str:
     return text
 
 
+def cause(error: str) -> str:
+    """What OpenImageIO says first: what follows from it repeats the path, line by line."""
+    return error.partition("\n")[0]
+
+
 def _opened(path: Path) -> oiio.ImageInput:
     source = oiio.ImageInput.open(str(path))
     if source is None:
-        raise ImageError(f"{path}: can't be read: {oiio.geterror()}")
+        raise ImageError(f"{path}: can't be read: {cause(oiio.geterror())}")
     return source
 
 

@@ -14,9 +14,12 @@ import numpy as np
 import OpenImageIO as oiio
 
 from scenes.channels import channel_names
-from scenes.formats.exr import ImageError, Images, read_bounces
+from scenes.formats.exr import ImageError, Images, cause, read_bounces
 
 _LINEAR = "Save the linear image as EXR, with 16- or 32-bit floats"
+
+
+_OR_LAYERS = ' Did you mean --layers, or images = "layers" in a configuration?'
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ def read(path: Path, layers: bool, channels: int, formats: Collection[str] = ("o
     upright.attribute("pnm:pfmflip", 1)  # a PFM begins with its last row, and is read so unless one asks
     source = oiio.ImageInput.open(str(path), upright)
     if source is None:
-        raise ImageError(f"{path}: expected an EXR file; it can't be read: {oiio.geterror()}")
+        raise ImageError(f"{path}: expected an EXR file; it can't be read: {cause(oiio.geterror())}")
     try:
         _check_format(path, source, formats)
         if layers:
@@ -99,13 +102,20 @@ def _read_sum(path: Path, source: oiio.ImageInput, channels: int) -> Finished:
         shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
         wanted = ", ".join(channel_names(channels)[:3]) + (", …" if channels > 3 else "")
         several = f"; more than one layer has them: {', '.join(p[1] for p in found)}" if found else ""
-        layered = " Did you mean --layers?" if any(name.startswith("bounce") for name in names) else ""
+        layered = _OR_LAYERS if any(name.startswith("bounce") for name in names) else ""
         raise ImageError(f"{path}: expected channels {wanted}, or Y; found {shown}{several}.{layered}")
+    if len(unnamed) > 1:
+        parts = [str(part.getattribute("oiio:subimagename") or "") for part in _parts(source)]
+        named = ", ".join(parts[part] for part, *_ in unnamed)
+        layered = _OR_LAYERS if all(part.startswith("bounce") for part in parts) else ""
+        raise ImageError(f"{path}: expected one picture; found one in each of the parts {named}.{layered}")
     part, layer, names = (unnamed or found)[0]
     source.seek_subimage(part, 0)
     spec, pixels = source.spec(), source.read_image(oiio.FLOAT)
     if pixels is None:
-        raise ImageError(f"{path}: its pixels can't be read; the file is incomplete: {source.geterror()}")
+        raise ImageError(
+            f"{path}: its pixels can't be read; the file is incomplete: {cause(source.geterror())}"
+        )
     order = [spec.channelnames.index(f"{layer}.{name}" if layer else name) for name in names]
     values = np.asarray(pixels, dtype=np.float64).reshape(spec.height, spec.width, -1)[..., order]
     return Finished(values[None], True, _rounding(source))
@@ -151,7 +161,9 @@ def _read_parts(path: Path, source: oiio.ImageInput, named: dict[str, int], chan
         source.seek_subimage(named[name], 0)
         spec, pixels = source.spec(), source.read_image(oiio.FLOAT)
         if pixels is None:
-            raise ImageError(f"{path}: its pixels can't be read; the file is incomplete: {source.geterror()}")
+            raise ImageError(
+                f"{path}: its pixels can't be read; the file is incomplete: {cause(source.geterror())}"
+            )
         found = [channel.rpartition(".")[2] for channel in spec.channelnames]
         wanted = next((w for w in (channel_names(channels), ["Y"]) if set(w) <= set(found)), None)
         if wanted is None:

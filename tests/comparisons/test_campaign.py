@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from comparisons import campaign, known
+from comparisons.comparison import _as_far_as_it_goes
 from comparisons.results import Comparison
 from comparisons.settings import Settings
 from scenes import UnknownNameError, library
@@ -245,13 +247,29 @@ def test_the_observer_sees_it_all(compare: Compare, observer: Any) -> None:
 def test_a_renderer_may_stop_at_a_bounce(compare: Compare, tmp_path: Path) -> None:
     """What it has is judged; what it has not is said to be unsupported."""
     comparison = compare(
-        "furnace-box", "mitsuba:scalar_rgb:direct", size=(8, 8), tolerance=0.02, tile_tolerance=0.2
+        "furnace-box",
+        "mitsuba:scalar_rgb:direct",
+        size=(8, 8),
+        tolerance=0.02,
+        tile_tolerance=0.2,
+        total=True,
     )
     assert comparison.verdict == "pass"
     assert [bounce.bounce for bounce in comparison.bounces] == [0, 1]
     assert "Bounces 2 to 5 are unsupported: the renderer stops at bounce 1" in comparison.notes
+    [total] = comparison.totals
+    assert (total.verdict, total.message) == ("unsupported", "total: the renderer stops at bounce 1")
     assert comparison.images is not None
     assert exr.read_bounces(tmp_path / comparison.images.renderer)[0].shape == (2, 8, 8, 3)
+
+
+def test_one_bounce_that_is_missing_is_no_several() -> None:
+    case = replace(library.case("furnace-box"), bounces=2)
+    truth = case.answer.truth(case.scene.resized(2, 2), 2)
+    cut, shorter, notes = _as_far_as_it_goes(case, truth, 1)
+    assert (cut.bounces, shorter.bounces) == (1, 1)
+    assert notes == ["Bounce 2 is unsupported: the renderer stops at bounce 1"]
+    assert _as_far_as_it_goes(case, truth, 2)[2] == _as_far_as_it_goes(case, truth, None)[2] == []
 
 
 def test_samples_that_belong_together_are_counted_together(compare: Compare) -> None:

@@ -16,10 +16,10 @@ from comparisons.faults.planting import of_request
 from comparisons.known import Deviation
 from comparisons.renderers import Images, Renderer, RendererError, Unsupported
 from comparisons.renderers.reference import ReferenceRenderer
-from comparisons.results import Comparison
+from comparisons.results import Comparison, TotalResult, Verdict
 from comparisons.settings import Settings, Silent
 from comparisons.statistics.intervals import Biases, Range
-from comparisons.total import up_to
+from comparisons.total import said_of, up_to
 from comparisons.whole_sum import Series
 from reference_tracer import random_walk
 from reference_tracer.roulette import roulette
@@ -403,6 +403,17 @@ def test_where_albedos_can_not_be_scaled_only_the_sum_is_compared(against: Calla
     assert found.bounces == []
     assert [t.verdict for t in found.totals] == ["unsupported"] * 3 + ["pass"]
     assert "dielectric" in found.totals[0].message.lower()
+
+
+def test_what_totals_have_in_common_is_said_once() -> None:
+    def total(scale: float, message: str, verdict: Verdict = "inconclusive") -> TotalResult:
+        return TotalResult(verdict=verdict, scale=scale, message=message)
+
+    assert said_of([total(scale, "total: why") for scale in (0.0, 0.5, 1.0)]) == "total: why"
+    others = [total(0.25, "", "pass"), total(0.5, "total: why"), total(0.75, "total: why")]
+    assert said_of(others) == "albedo × 0.5, 0.75: total: why"
+    assert said_of([*others, total(1.0, "total: else")]) == "albedo × 0.5, 0.75: total: why; total: else"
+    assert said_of([total(1.0, "total: else", "unsupported")]) == ""
 
 
 def test_its_seed_is_probed_by_totals(against: Callable[..., Comparison]) -> None:

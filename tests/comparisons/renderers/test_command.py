@@ -124,6 +124,22 @@ def test_a_grey_scene_may_come_in_colours(tmp_path: Path) -> None:
     np.testing.assert_allclose(read(file, False, (8, 10, 1)).images[0, ..., 0], KNOWN.mean(axis=-1))
 
 
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("layers", "more than one layer has them: bounce0, bounce1"),
+        ("parts", "in each of the parts bounce0, bounce1"),
+    ],
+)
+def test_bounces_are_no_sum(start: Any, kind: str, said: str) -> None:
+    """The first of them might be taken for the sum."""
+    with pytest.raises(
+        RendererFailed, match=rf"{said}\. Did you mean --layers, or images = \"layers\""
+    ) as caught:
+        rendered(start("--layers", kind), [1])
+    assert "wrote something else than the image that was asked for" in str(caught.value)
+
+
 def test_a_coloured_scene_may_not_come_in_grey(start: Any) -> None:
     with pytest.raises(RendererFailed, match="an image of 1 channels, expected 3"):
         rendered(start("--wrong", "grey"), [0])
@@ -256,6 +272,41 @@ def test_what_the_format_lacks_is_named(start: Any) -> None:
 def test_what_the_program_lacks_is_named(start: Any) -> None:
     with pytest.raises(Unsupported, match=r"^spheres of glass$"):
         rendered(start("--wrong", "refuse"), [0])
+
+
+def of_black(*names: str) -> Scene:
+    """The lamps of these names, and no surface reflects: then both formats have the sides that are in view."""
+    kept = tuple(s for s in ASYMMETRIC.surfaces if s.name in names)
+    return black(msgspec.structs.replace(ASYMMETRIC, surfaces=kept))
+
+
+@pytest.mark.parametrize(
+    ("format", "images", "depth"),
+    [
+        ("pbrt-v4", "cumulative", []),  # the file says it
+        ("pbrt-v4", "cumulative", ["{bounces}"]),
+        ("pbrt-v4", "total", []),
+        ("gltf", "cumulative", ["{bounces}"]),
+        ("gltf", "total", ["1000"]),
+    ],
+)
+def test_every_pixel_through_the_other_formats(
+    start: Any, format: str, images: str, depth: list[str]
+) -> None:
+    """Camera, rows, columns, channels, units, sides, depth, and the files that lie beside."""
+    program = str(Path(__file__).with_name("drawn_triangles.py"))
+    call = [sys.executable, program, "{scene}", "{output}", *depth]
+    process = start(command=call, scene=format, images=images, deterministic=True)
+    known = KNOWN.copy()
+    if format == "gltf":  # it has no backs, so none may be in view, nor in the light of a lamp
+        scene, known[2, 3:5] = of_black("above right", "below left"), 0.0
+    else:
+        scene = of_black(*(surface.name for surface in ASYMMETRIC.surfaces))
+    if images == "total":
+        np.testing.assert_allclose(process.total(scene, 1, 1, 60), 2 * known, rtol=2e-6)
+    else:
+        for image, k in zip(rendered(process, [0, 1, 3], scene), [0, 1, 3], strict=True):
+            np.testing.assert_allclose(image, known / 2**k, rtol=2e-6)
 
 
 MITSUBA = """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
@@ -10,11 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from comparisons.crew import Crew
 from comparisons.probe import Probe
 from comparisons.renderers import ConfigError, Images, RendererFailed, config, limits, resolve
 from comparisons.renderers.command import CommandRenderer
 from comparisons.renderers.config import load
 from comparisons.renderers.placeholders import filled
+from scenes import library
 
 COMMAND = [
     "./mine",
@@ -112,6 +115,30 @@ WRONG = {
         table(command="[]"),
         "renderers.mine.command = []: expected a list of texts, at least one",
     ),
+    "no end": (table(timeout="inf"), "mine.timeout = inf: expected a number > 0, and no more than 1,000,000"),
+    "an empty program": (table(command='[""]'), "mine.command: '' is no program: expected ./mine, or a name"),
+    "a program to be filled in": (table(command='["{scene}"]'), "command: '{scene}' is no program"),
+    "no program for the total": (table(total='[""]'), "mine.total: '' is no program"),
+    "an empty version": (
+        table(version="[]"),
+        "mine.version = []: expected a text or a list of texts, at least",
+    ),
+    "no plugin kind": (
+        '[renderers.mine]\nmitsuba = "scalar_rgb"\nbdsf = {}',
+        "bdsf: no key is called 'bdsf': did you",
+    ),
+    "plugins in a row": (
+        '[renderers.mine]\nmitsuba = "scalar_rgb"\nbsdf = 3',
+        "renderers.mine.bsdf = 3: expected a table of tables, each by the type of what it stands in for",
+    ),
+    "a plugin in words": (
+        '[renderers.mine]\nmitsuba = "scalar_rgb"\nsampler = "mine"',
+        "renderers.mine.sampler = 'mine': expected a table with the type of a plugin",
+    ),
+    "a wrong plugin": (
+        '[renderers.mine]\nmitsuba = "scalar_rgb"\nbsdf.difuse = {}',
+        "renderers.mine: bsdf: no bsdf plugin of the adapter is called 'difuse': did you mean diffuse?",
+    ),
     "no time": (table(timeout="0"), "renderers.mine.timeout = 0: expected a number > 0"),
     "not true": (table(coupled='"yes"'), "renderers.mine.coupled = 'yes': expected true or false"),
     "no variables": (table(env='["A"]'), "renderers.mine.env = ['A']: expected a table of texts"),
@@ -201,6 +228,19 @@ def test_placeholders_are_filled() -> None:
     assert filled("{bounces+1}{{{spp}}}", values) == "5{16}"
 
 
+def test_an_integrator_of_one_s_own_does_not_end_where_mitsuba_s_does(
+    configured: Callable[..., Path],
+) -> None:
+    mine = {"type": "mine", "max_depth": "{max_depth}"}
+    configured(
+        mine={"mitsuba": "scalar_rgb:direct", "integrator": mine},
+        theirs={"mitsuba": "scalar_rgb:direct", "title": "as it is"},
+    )
+    assert (resolve("mine").last_bounce, resolve("theirs").last_bounce) == (None, 1)
+    assert resolve("mine").title == "mitsuba:scalar_rgb:direct with integrator mine"
+    assert resolve("theirs").title == "as it is"
+
+
 def test_a_name_of_ours_is_taken(configured: Callable[..., Path]) -> None:
     configured(mitsuba={"command": COMMAND, "scene": "json", "images": "cumulative"})
     with pytest.raises(
@@ -215,11 +255,20 @@ def test_a_program_that_is_not_there(configured: Callable[..., Path], tmp_path: 
     argument = resolve("mine").argument
     with pytest.raises(RendererFailed, match=f"{folder}/mine: there is no such program; has it been built"):
         CommandRenderer(argument)
-    (folder / "mine").write_text("")
-    with pytest.raises(RendererFailed, match="is not executable"):
+    assert resolve("mine").install == "make or install ./mine"
+    (folder / "mine").mkdir()
+    with pytest.raises(RendererFailed, match=f"{folder}/mine is a folder: expected a program"):
+        CommandRenderer(argument)
+    (folder / "mine").rmdir()
+    (folder / "mine").write_text("print('without a first line')")
+    with pytest.raises(RendererFailed, match=r"is not executable; try chmod \+x"):
         CommandRenderer(argument)
     os.chmod(folder / "mine", 0o755)
-    CommandRenderer(argument)
+    renderer = CommandRenderer(argument)
+    with pytest.raises(
+        RendererFailed, match=r"Exec format error: .*; a script begins with #! and its interpreter"
+    ):
+        renderer.render(library.case("furnace-box").scene.resized(2, 2), [0], 1, 0)
     configured(mine={"command": ["no-such-program", *COMMAND[1:]], "scene": "json", "images": "cumulative"})
     with pytest.raises(
         RendererFailed, match=r"no such program on the PATH; one beside the file is \./no-such"
@@ -246,3 +295,18 @@ def test_without_a_seed_the_same_image_is_no_replicate(configured: Callable[...,
     complaint = Probe(Same(), 60.0).complaint("mine")
     assert "What's missing: {seed} in its command or its environment" in str(complaint)
     assert Probe(Same(), 60.0).complaint("sure") is None
+
+
+def test_who_is_not_there_was_asked_for_nothing(configured: Callable[..., Path]) -> None:
+    """What was asked for is said where it may be to blame, and there alone."""
+    call = [sys.executable, "-c", "raise SystemExit(3)", *COMMAND[1:]]
+    configured(
+        gone={"command": COMMAND, "scene": "json", "images": "cumulative"},
+        wrong={"command": call, "scene": "json", "images": "cumulative"},
+    )
+    with Crew(1) as crew:
+        gone, wrong = (str(Probe(crew, 60.0).complaint(name)) for name in ("gone", "wrong"))
+    assert gone.endswith("has it been built?")
+    assert wrong.endswith(
+        "ended with status 3 (asked for the Cornell box, which tells whether it heeds its seed)"
+    )

@@ -112,7 +112,10 @@ def test_memory_that_is_only_reserved_does_not_count() -> None:
 
 
 WORKERS = {
-    "garbage": ("print('hello'); input()", "said something that is no reply"),
+    "garbage": (
+        "print('hello'); input()",
+        "said something that is no reply: 'hello': .*; what else is printed belongs on the standard error",
+    ),
     "a line without end": (
         "import sys\nwhile True: sys.stdout.write('x' * 100000)",
         "no reply: a line of more",

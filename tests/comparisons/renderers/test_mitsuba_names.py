@@ -71,6 +71,9 @@ def test_the_list_has_every_integrator_in_every_variant_and_every_sampler() -> N
             "mitsuba:scalar",
             "no renderer is called 'mitsuba:scalar': there is no variant 'scalar', but scalar_rgb",
         ),
+        ("mitsuba:volpath", "scalar_spectral; the integrator volpath is mitsuba:scalar_rgb:volpath$"),
+        ("mitsuba:prb", "; the integrator prb is mitsuba:llvm_ad_rgb:prb$"),
+        ("mitsuba:scalar_rgb:ldsampler", "; the sampler ldsampler is mitsuba:scalar_rgb:path:ldsampler$"),
         ("mitsuba:scalar_rgb:pth", "there is no integrator 'pth', but path, volpath"),
         ("mitsuba:scalar_rgb:path:sobol", "there is no sampler 'sobol', but independent, stratified"),
         (

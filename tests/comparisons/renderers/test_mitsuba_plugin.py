@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import mitsuba as mi
 import msgspec
 import numpy as np
 import pytest
 
 from comparisons.renderers import RendererFailed, Unsupported
 from comparisons.renderers.mitsuba import MitsubaRenderer
+from comparisons.renderers.mitsuba_colours import colours
+from comparisons.renderers.mitsuba_names import Form
 from comparisons.renderers.mitsuba_plugin import (
+    KINDS,
     MitsubaPlugin,
     MitsubaPluginRenderer,
     PluginError,
     entry,
     supports,
 )
-from scenes import Scene, library
+from comparisons.renderers.mitsuba_scene import scene_dict
+from scenes import Scene, Sphere, library
 
 PLUGINS = '''
 import drjit as dr
@@ -145,9 +151,18 @@ def test_what_is_not_passed_on_makes_a_scene_unsupported() -> None:
     sphere = {"sphere": {"type": "sphere", "to_world": "{to_world}"}}
     with pytest.raises(Unsupported, match=r"flip_normals of sphere: shape.sphere does not pass it on"):
         made(shape=sphere).render(library.case("furnace-sphere").scene.resized(4, 4), [0], 1, 0)
-    wrong = {"diffuse": {"type": "diffuse", "reflectance": "{albedo}"}}
-    with pytest.raises(Unsupported, match=r"{albedo} in bsdf.diffuse: here diffuse has reflectance"):
-        made(bsdf=wrong).render(box(), [0], 1, 0)
+
+
+def test_what_a_scene_does_not_have_is_left_out() -> None:
+    """A sphere seen from inside has ``flip_normals``, one from outside has not: one table does for both."""
+    sphere = {"type": "sphere", "to_world": "{to_world}", "flip_normals": "{flip_normals}"}
+    scene = library.case("concentric-spheres").scene.resized(8, 8)
+    assert {surface.shape.inward for surface in scene.surfaces if isinstance(surface.shape, Sphere)} == {
+        True,
+        False,
+    }
+    mine, plain = made(shape={"sphere": sphere}), MitsubaRenderer("scalar_rgb")
+    np.testing.assert_array_equal(mine.render(scene, [0, 1], 4, 1), plain.render(scene, [0, 1], 4, 1))
 
 
 def test_what_is_known_before_it_is_loaded() -> None:
@@ -179,12 +194,44 @@ def test_what_is_known_before_it_is_loaded() -> None:
             r"integrator: {depth}: there are max_depth, bounces",
         ),
         ({"sampler": {"type": "x", "count": "{spp}"}}, r"sampler: {spp}: there are none"),
+        (
+            {"bsdf": {"diffuse": {"type": "x", "reflectance": "{reflectnce}"}}},
+            r"bsdf.diffuse: {reflectnce}: there are reflectance",
+        ),
     ],
 )
 def test_a_wrong_table(table: dict[str, Any], complaint: str) -> None:
     plugin = msgspec.convert({"mitsuba": "scalar_rgb"} | table, MitsubaPlugin)
     with pytest.raises(PluginError, match=complaint):
         plugin.check()
+
+
+def test_every_property_that_the_adapter_gives_may_be_passed_on(tmp_path: Path) -> None:
+    """In all scenes of the library together each of them comes up, and no other does."""
+    mi.set_variant("scalar_rgb")
+    found: dict[tuple[str, str], set[str]] = {}
+
+    def look(part: dict[str, Any]) -> None:
+        for kind, plugins in KINDS.items():
+            if part.get("type") in plugins:
+                found.setdefault((kind, part["type"]), set()).update(
+                    part.keys() - {"type", "bsdf", "emitter"}
+                )
+        for value in part.values():
+            if isinstance(value, dict):
+                look(value)
+
+    for name in library.CASES:
+        scene = library.case(name).scene
+        with suppress(Unsupported):
+            look(scene_dict(colours(mi, Form(), scene.channels), scene, tmp_path))
+    declared = {(kind, own): {*names} for kind, plugins in KINDS.items() for own, names in plugins.items()}
+    for plugin, names in found.items():
+        assert names <= declared[plugin], plugin
+    unseen = {
+        (*plugin, name) for plugin, names in declared.items() for name in names - found.get(plugin, set())
+    }
+    assert unseen == set()
 
 
 def test_unknown_keys_are_refused() -> None:

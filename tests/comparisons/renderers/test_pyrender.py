@@ -13,7 +13,7 @@ from comparisons.regions import Regions
 from comparisons.relations import RELATIONS
 from comparisons.relations.relation import Exact, Told
 from comparisons.relations.stages import STAGES
-from comparisons.renderers import Hits, Images, RendererFailed, Unsupported, opengl_platform
+from comparisons.renderers import Hits, Images, Unsupported
 from comparisons.renderers.opengl import _shifts
 from comparisons.renderers.opengl_triangles import CORNERS_OF_DISK, sphere, triangles
 from comparisons.renderers.opengl_view import View
@@ -362,32 +362,3 @@ def test_a_disk_keeps_its_area() -> None:
     assert len(indices) == CORNERS_OF_DISK
     np.testing.assert_allclose(np.linalg.norm(across, axis=1).sum() / 2, surface.shape.area, rtol=1e-9)  # type: ignore[union-attr]
     assert (across @ surface.shape.normal > 0).all()  # type: ignore[union-attr]
-
-
-# ---- without OpenGL
-
-
-def test_what_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    there = {"libEGL.so.1": False, "libGL.so.1": True, "libOSMesa.so.8": False}
-    monkeypatch.setattr(opengl_platform, "_there", lambda names: there[names[0]])
-    with pytest.raises(RendererFailed, match="apt install libegl1 libgl1 libgl1-mesa-dri"):
-        opengl_platform.platform()
-    there["libOSMesa.so.8"] = True
-    monkeypatch.setattr(opengl_platform, "version", lambda package: "3.1.0")
-    with pytest.raises(RendererFailed, match=r"OSMesa needs PyOpenGL 3\.1\.10 or later, found 3\.1\.0"):
-        opengl_platform.platform()
-    monkeypatch.setattr(opengl_platform, "version", lambda package: "3.1.10")
-    assert opengl_platform.platform() == "osmesa"
-    there |= {"libEGL.so.1": True, "libGL.so.1": False}
-    with pytest.raises(RendererFailed, match="no libGL"):
-        opengl_platform.platform()
-    there["libGL.so.1"] = True
-    assert opengl_platform.platform() == "egl"
-
-
-def test_a_missing_driver_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The library that chooses among drivers is there, and is told of none."""
-    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere.json")
-    monkeypatch.setenv("PYOPENGL_PLATFORM", "egl")
-    with pytest.raises(RendererFailed, match=r"egl gives no OpenGL context.*apt install libegl-mesa0"):
-        RendererProcess("pyrender")

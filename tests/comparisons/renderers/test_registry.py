@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,17 @@ nested.deep = Versioned(6.0)
 number = 4
 
 
+class Wrong(Constant):
+    def render(self, scene, bounces, spp, seed):
+        if spp == 1:
+            raise SystemExit(3)
+        if spp == 2:
+            return [[1.0], [2.0, 3.0]]
+        if spp == 3:
+            raise ValueError("x" * 3_000_000)
+        return super().render(scene, bounces, spp, seed)
+
+
 def words(scene, bounces, spp, seed):
     return "words"
 
@@ -78,17 +90,81 @@ def test_an_object_of_the_working_directory(
     np.testing.assert_array_equal(image, np.full((2, 3, 4, 3), value))
 
 
+NUMBERED = """
+import hashlib
+import numpy as np
+
+def numbered(*shape):
+    return np.arange(np.prod(shape), dtype=float).reshape(shape)
+
+class Numbered:
+    def render(self, scene, bounces, spp, seed):
+        digits = int(hashlib.sha256(scene.to_json()).hexdigest()[:4], 16)
+        images = [1e6 * k + numbered(*scene.shape) for k in bounces]
+        images[0][0, 0] = digits, spp, seed
+        return np.array(images)
+
+    def total(self, scene, spp, seed):
+        return np.asfortranarray(-numbered(*scene.shape) - 100 * spp - 1000 * seed)
+
+    def first_hits(self, scene):
+        return numbered(scene.sensor.height * scene.sensor.width, 5).T
+"""
+
+
+def test_an_object_s_numbers_come_as_they_are(own: Path, spotless: Any) -> None:
+    """Its place in the array says what each number is: bounce, row, column, channel; and the scene is ours, whole."""
+    (own / "my_numbers.py").write_text(NUMBERED)
+    scene = library.case("cornell-box").scene.resized(4, 3)
+    place = np.arange(36.0).reshape(3, 4, 3)
+    with RendererProcess("my_numbers:Numbered") as process:
+        images = process.render(scene, [0, 2, 5], 7, 11, timeout=60)
+        total = process.total(scene, 7, 11, timeout=60)
+        hits = process.first_hits(scene, timeout=60)
+    digits = int(hashlib.sha256(scene.to_json()).hexdigest()[:4], 16)
+    np.testing.assert_array_equal(images[0, 0, 0], [digits, 7, 11])
+    np.testing.assert_array_equal(images[0].flat[3:], place.flat[3:])
+    np.testing.assert_array_equal(images[1:], [2e6 + place, 5e6 + place])
+    np.testing.assert_array_equal(total, -place - 11_700)
+    np.testing.assert_array_equal(hits, np.arange(60.0).reshape(12, 5).T)
+
+
 @pytest.mark.parametrize(
     ("name", "message"),
     [
         ("own:nothing", "own has no nothing; there are np, Constant"),
         ("own:number", "own:number is a int: expected an object with render"),
-        ("own:words", r"own:words can't be loaded: words\(\) missing 4 required"),
+        ("own:words", r"own:words can't be loaded: TypeError: words\(\) missing 4 required"),
     ],
 )
 def test_what_is_no_renderer(own: Path, spotless: Any, name: str, message: str) -> None:
-    with pytest.raises(RendererFailed, match=message):
+    with pytest.raises(RendererFailed, match=message) as caught:
         RendererProcess(name)
+    assert bool(caught.value.log) == (name == "own:words"), "a traceback of what is theirs alone"
+
+
+def test_what_an_object_does_wrong_is_told_and_it_lives_on(own: Path, scene: Scene, spotless: Any) -> None:
+    """Whoever leaves, returns what is no array, or has much to say is asked again."""
+    with RendererProcess("own:Wrong") as process:
+        for spp, message in (
+            (1, "^SystemExit: 3$"),
+            (2, "^ValueError: setting an array"),
+            (3, "^ValueError: x{900,1000} …$"),
+        ):
+            with pytest.raises(RendererFailed, match=message) as caught:
+                process.render(scene, [0], spp, 0, timeout=60)
+            assert not caught.value.at_start
+            assert (
+                "Traceback" in "".join(caught.value.log) or spp == 3
+            )  # the end of its line is all that is kept
+        assert process.render(scene, [0], 4, 0, timeout=60).max() == 3.0
+
+
+def test_a_module_that_leaves(own: Path, spotless: Any) -> None:
+    (own / "leaving.py").write_text("raise SystemExit('no licence')")
+    with pytest.raises(RendererFailed, match="leaving:X can't be loaded: SystemExit: no licence") as caught:
+        RendererProcess("leaving:X")
+    assert caught.value.at_start
 
 
 def test_words_are_no_image(own: Path, scene: Scene, spotless: Any) -> None:
@@ -98,7 +174,7 @@ def test_words_are_no_image(own: Path, scene: Scene, spotless: Any) -> None:
 
 def test_a_module_that_is_not_there_is_a_wrong_name(own: Path) -> None:
     """And so is a wrong variant of a renderer of ours."""
-    with pytest.raises(UnknownNameError, match="no renderer is called 'owm:Constant'"):
+    with pytest.raises(UnknownNameError, match="'owm:Constant': there is no module owm here, nor installed"):
         canonical("owm:Constant")
     (own / "mitsuba.py").write_text("raise SystemExit")
     with pytest.raises(UnknownNameError, match="no renderer is called 'mitsuba:scalar_rg'"):
@@ -122,7 +198,7 @@ def test_an_installed_package_brings_renderers_along(
     installed = own / "own_renderers-1.5.dist-info"
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: own-renderers\nVersion: 1.5\n")
-    points = {"fine": "made", "mitsuba": "made", "reference:mis": "made"}
+    points = {"fine": "made", "mitsuba": "made", "reference:mis": "made", "../far/away": "made"}
     lines = [f"{name} = own:{attribute}" for name, attribute in points.items()]
     (installed / "entry_points.txt").write_text("\n".join([f"[{registry.GROUP}]", *lines, ""]))
     monkeypatch.syspath_prepend(own)
@@ -133,7 +209,7 @@ def test_an_installed_package_brings_renderers_along(
     entry = listed()["fine"]
     assert (entry.title, entry.package) == ("own:made of own-renderers", "own-renderers")
     assert registry.installed(entry) == "1.5"
-    assert "mitsuba" not in listed()
+    assert not {"mitsuba", "../far/away"} & listed().keys()
     assert canonical("mitsuba") == "mitsuba:scalar_rgb"
     assert listed()["reference:mis"].module == "reference"
     with RendererProcess("fine") as process:

@@ -133,7 +133,9 @@ def test_other_channels_are_named(tmp_path: Path, pixels: np.ndarray) -> None:
     )
     assert "more than one layer has them: direct, indirect" in complaint(path)
     exr.write_bounces(tmp_path / "c.exr", np.stack([pixels, pixels]))
-    assert complaint(tmp_path / "c.exr").endswith("Did you mean --layers?")
+    assert complaint(tmp_path / "c.exr").endswith(
+        'Did you mean --layers, or images = "layers" in a configuration?'
+    )
     assert "expected layers bounce0" in complaint(path, layers=True)
 
 
@@ -145,5 +147,8 @@ def test_a_part_of_a_picture_is_refused(tmp_path: Path, pixels: np.ndarray) -> N
 
 def test_a_file_cut_short_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path / "a.exr", ["R", "G", "B"], np.random.default_rng(1).random((64, 64, 3)))
-    path.write_bytes(path.read_bytes()[:20000])
-    assert "a.exr: " in complaint(path)
+    content = path.read_bytes()
+    for length in (20, 200, 20000):
+        path.write_bytes(content[:length])
+        assert "a.exr: " in complaint(path)
+        assert "\n" not in complaint(path), "one cause, on one line"
