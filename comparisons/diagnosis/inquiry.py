@@ -3,7 +3,7 @@
 other ways     light by chance alone, by next event alone, with other random numbers: ``ways``
 first hits     what camera rays meet, where the case failed: G by itself
 scaling        the scene larger and smaller: an offset or an end of rays that is a length shows, and nothing else
-partial sums   where E or the last bounce is wrong: bounces that are asked for alone and together
+partial sums   where E or only a late bounce is wrong: bounces that are asked for alone and together
 roll           where E or the place of light is wrong: the camera upside down, which only the sensor can tell
 spp            where E is wrong, or the other ways are by something else: few samples and many, which light does not
                know of
@@ -59,8 +59,9 @@ def questions(failed: Comparison, others: Sequence[Comparison]) -> Iterator[str]
     """The relations that may tell something of it, by their names."""
     yield from ("first-hits", "scaling")
     wrong = [b for b in failed.bounces if b.verdict == "fail"]
-    lit = [b.bounce for b in failed.bounces if b.truth_mean > 0 or b.verdict == "fail"]
-    if any(b.bounce in (0, lit[-1]) for b in wrong):
+    later = [b for b in failed.bounces[1:] if b.truth_mean > 0 or b.verdict == "fail"]
+    only_late = bool(later) and later[-1].verdict == "fail" != later[0].verdict
+    if only_late or any(b.bounce == 0 for b in wrong):
         yield "partial-sums"
     if any(b.bounce == 0 or b.decided_by == "tile" for b in wrong):
         yield "roll"
