@@ -162,10 +162,7 @@ class Sampler:
         budget = self._job.budget
         self._time(1)  # loads the scene, which must not be counted
         spp, elapsed = 1, (one := self._time(1))
-        longest = (
-            min(budget, 4 * self._job.first_look) / 8
-        )  # to find out takes less than the first look itself
-        while elapsed <= max(_PILOT, 2 * one) and elapsed * 4 <= longest and spp < MOST_SPP:
+        while elapsed <= max(_PILOT / 4, 2 * one) and elapsed * 4 <= budget / 8 and spp < MOST_SPP:
             spp *= 4
             elapsed = self._time(spp)
         each = max((elapsed - one) / (spp - 1), 1e-9) if spp > 1 else one

@@ -101,6 +101,8 @@ def only_where_hidden(comparisons: Sequence[Comparison]) -> bool:
     shapes = tables.SHAPES.intersection(*(c.features for c in failed)).difference(
         *(c.features for c in right)
     )
+    if all(tables.SPECIAL & set(c.features) for c in failed):
+        return False  # what they are made of is as likely
     about_it = any(c.case in tables.HIDDEN for c in failed) or not right or bool(shapes)
     return about_it and tables.OCCLUDED.issuperset(names(failed))
 

@@ -198,6 +198,8 @@ def _of_next_event(
     text = f"found by chance, the light is right ({some(right)})"
     if begins_late(failed):
         yield Clue(f"{text}, and by next event wrong from a later bounce on", {"series": 2})
+    elif wrong_alone and all(tables.SPECIAL & set(c.features) for c in failed):
+        yield Clue(f"{text}, and by next event wrong, on these materials alone: their f", {"R": 4})
     elif all(tables.FAR & set(c.features) and "area" not in c.features for c in failed):
         open_sky = [
             c for c in passed(comparisons) if tables.FAR & set(c.features) and c.case not in tables.OCCLUDED
@@ -216,8 +218,6 @@ def _of_next_event(
     elif any({"point", "spot"} & set(c.features) and direct_fails(c) for c in failed):
         weights: Weights = {"estimator": 4, "G": -1} if bright else {"G": 5}
         yield Clue(f"{text}, and that of points is too {'bright' if bright else 'dark'} as well", weights)
-    elif wrong_alone and all(tables.SPECIAL & set(c.features) for c in failed):
-        yield Clue(f"{text}, and by next event wrong, on these materials alone: their f", {"R": 4})
     else:
         yield Clue(text, {"estimator": 3.5, "G": 1, "R": -3, "sensor": -3, "series": -2})
         shadows = [c for c in passed(comparisons) if tables.DELTA & set(c.features)]

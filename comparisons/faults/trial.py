@@ -34,8 +34,8 @@ BUDGET, LONG_BUDGET, FIRST_LOOK = 1.2, 8.0, 0.1
 INQUIRY = Settings(budget=0.8, first_look=0.1, total=False)
 """How to ask again about the first cases that fail."""
 
-LEAST_CASES = 8
-"""Cases before a diagnosis ends a row: they have every kind of light, with what hides it and without."""
+LEAST_CASES = 5
+"""Cases before a diagnosis ends a row: they have lamps and points, with what hides them and without."""
 
 CASES_AFTER, MOST_AFTER = 3, 8
 """Further ones after the first that fails, at least, since one failure alone looks like whatever that case is about;
