@@ -232,6 +232,20 @@ def test_volpathmis_loses_light_by_russian_roulette(mitsuba_form: Make, name: st
     assert mean + 4.5 * error < 2.0
 
 
+def test_particles_of_a_turned_sky_start_in_the_wrong_places(mitsuba_form: Make) -> None:
+    """docs/findings/mitsuba-particles-turned-sky.md: twice as bright here. If this fails, it may be mended."""
+    case = library.case("bright-texel")
+    small = case.scene.resized(16, 16)
+    truth = case.answer.truth(small, 1)
+    assert truth is not None
+    means = {
+        name: mitsuba_form(f"llvm_ad_rgb:{name}").render(small, [1], 256, 1).mean() / truth.mean[1].mean()
+        for name in ("path", "ptracer")
+    }
+    assert means["path"] == pytest.approx(1.0, abs=0.02)
+    assert means["ptracer"] == pytest.approx(2.0, abs=0.1)
+
+
 @pytest.mark.parametrize("name", DIRECT)
 def test_direct_has_two_bounces_and_no_sum(mitsuba_form: Make, name: str) -> None:
     adapter = mitsuba_form(name)
