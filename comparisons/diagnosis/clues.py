@@ -232,12 +232,16 @@ def _of_features(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     # where direct light is right, whatever emits and whatever is sampled is
     late = begins_late(wrong)
     special = all(tables.SPECIAL & one for one in failed)
+    said = set[str]()
     for feature, weights in tables.FEATURES.items():
         if late and not weights.keys() & {"R", "sensor"}:
             continue
         if special and "E" in weights:  # what they are made of is as likely
             weights = {operator: weight / 2 for operator, weight in weights.items()}
+        if said & tables.OF_A_KIND.get(feature, set()):
+            continue  # the one that is of this kind is said already
         if feature in common and not any(feature in one for one in right):
+            said.add(feature)
             yield Clue(
                 f"only scenes with {feature} fail ({len(failed)} of {len(failed) + len(right)})", weights
             )

@@ -26,6 +26,9 @@ from scenes import Case, Scene
 CASES, BUDGET = 2, 2.0
 """How many of the cases that failed are asked about, and seconds for each question."""
 
+UNSTEADY = 0.01
+"""Standard error of a bounce that failed, from which on its replicates are not of one kind."""
+
 MOST_BOUNCES, PIXELS = 3, 24
 """Of what relations look at, and along its smaller side: what rays miss they miss early, and much of it."""
 
@@ -61,7 +64,8 @@ def questions(failed: Comparison, others: Sequence[Comparison]) -> Iterator[str]
     wrong = [b for b in failed.bounces if b.verdict == "fail"]
     later = [b for b in failed.bounces[1:] if b.truth_mean > 0 or b.verdict == "fail"]
     only_late = bool(later) and later[-1].verdict == "fail" != later[0].verdict
-    if only_late or any(b.bounce == 0 for b in wrong):
+    # replicates that differ by far more than noise may have been asked for other bounces
+    if only_late or any(b.bounce == 0 or b.standard_error > UNSTEADY for b in wrong):
         yield "partial-sums"
     if any(b.bounce == 0 or b.decided_by == "tile" for b in wrong):
         yield "roll"

@@ -38,7 +38,7 @@ HINTS: Mapping[str, Weights] = {
     "turned": {"sensor": 5},
     "encoded": {"sensor": 5},
     "exchanged": {"sensor": 3},
-    "clipped": {"sensor": 4},
+    "clipped": {"sensor": 7},
     "shifted": {"sensor": 4},
     "soft": {"sensor": 4},
     "bounces": {"series": 0.5},
@@ -85,6 +85,13 @@ FEATURES: Mapping[str, Weights] = {
     "things that hide others": {"G": 5.0},
     "an unusual size": {"G": 5.0},
     "several emitters": {"estimator": 3.0},
+}
+
+OF_A_KIND: Mapping[str, frozenset[str]] = {
+    "metal": frozenset(("conductor", "rough_conductor")),
+    "glass": frozenset(("dielectric", "rough_dielectric")),
+    "lights at a point": frozenset(("point", "spot")),
+    "lights infinitely far": frozenset(("directional", "constant", "environment_map", "spherical_harmonics")),
 }
 
 FIRST_HITS: Weights = {"G": 4.0}  # closed forms tell more than one image does of another

@@ -1,7 +1,7 @@
 """The matrix: every planted fault and every sound variant, put to the suite of cases.
 
 A fault is caught by the first case that fails in its trial (``trial.py``). A sound variant must pass, or stay open,
-in every third one of the quick cases; one third of the variants gets one third of the cases.
+in every fourth one of the quick cases; one quarter of the variants gets one quarter of the cases.
 """
 
 from __future__ import annotations
