@@ -5,8 +5,7 @@ first hits     what camera rays meet, where the case failed: G by itself
 scaling        the scene larger and smaller: an offset or an end of rays that is a length shows, and nothing else
 partial sums   where E or only a late bounce is wrong: bounces that are asked for alone and together
 roll           where E or the place of light is wrong: the camera upside down, which only the sensor can tell
-spp            where E is wrong, or the other ways are by something else: few samples and many, which light does not
-               know of
+spp            where the other ways are wrong by something else: few samples and many, which light does not know of
 
 A question is asked only where its answer may tell something, as each takes as long as a case does.
 """
@@ -70,7 +69,7 @@ def questions(failed: Comparison, others: Sequence[Comparison]) -> Iterator[str]
     if any(b.bounce == 0 or b.decided_by == "tile" for b in wrong):
         yield "roll"
     unlike = any(way.unlike for way in heard([failed], others).values())
-    if not others or unlike or any(b.bounce == 0 for b in wrong):
+    if not others or unlike:
         yield "spp"
 
 

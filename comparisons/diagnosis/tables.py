@@ -46,8 +46,8 @@ HINTS: Mapping[str, Weights] = {
 }
 
 MATERIAL: Weights = {"R": 4.0}
-DELTA_LIGHT: Weights = {"E": 4.0}
-ENVIRONMENT: Weights = {"E": 3.5, "G": 0.5}
+DELTA_LIGHT: Weights = {"E": 5.5}
+ENVIRONMENT: Weights = {"E": 4.0, "G": 0.5}
 SCALED_SHAPE: Weights = {"E": 4.0, "G": 1.5, "estimator": 1.5}  # its area, mostly: what it emits
 ROUND_SHAPE: Weights = {"estimator": 2.5, "G": 2.0}
 FEATURES: Mapping[str, Weights] = {

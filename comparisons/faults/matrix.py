@@ -1,7 +1,8 @@
 """The matrix: every planted fault and every sound variant, put to the suite of cases.
 
 A fault is caught by the first case that fails in its trial (``trial.py``). A sound variant must pass, or stay open,
-in every fourth one of the quick cases; one quarter of the variants gets one quarter of the cases.
+in every fourth one of the quick cases, a quarter of the variants in the first, the fifth and so on; and so do faults
+that say why they can't be seen.
 """
 
 from __future__ import annotations

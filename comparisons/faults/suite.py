@@ -26,6 +26,7 @@ QUICK = (
     "rough-metal-sky",
     "metal-angles",
     "lamp-under-water",
+    "lamp-turned-away",
     "rough-glass-tank",
     "rough-metal-sun",
     "spot-falloff",
@@ -40,7 +41,6 @@ QUICK = (
     "triangle-over-plane",
 )
 THOROUGH = (
-    "lamp-turned-away",
     "blend-sky",
     "furnace-channels",
     "harmonics-on-sphere",

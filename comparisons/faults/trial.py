@@ -15,7 +15,7 @@ from msgspec import Struct
 from comparisons import campaign, relations
 from comparisons.diagnosis import diagnose, inquiry
 from comparisons.diagnosis.ways import WAYS, heard
-from comparisons.faults import SOUND_VARIANTS
+from comparisons.faults import FAULTS, SOUND_VARIANTS
 from comparisons.faults.deviation import deviations
 from comparisons.faults.fault import Fault, Sound
 from comparisons.faults.planting import Named
@@ -87,10 +87,11 @@ def seen(entry: Fault | Sound, seed: int = 0) -> Seen:
 
 
 def _quick(entry: Fault | Sound) -> Sequence[str]:
-    """All quick cases for a fault, every fourth one for a sound variant, so that each case is met by many of them."""
-    if isinstance(entry, Fault):
+    """All quick cases for a fault that some case must see; every fourth one for what none may fail, in turn."""
+    if isinstance(entry, Fault) and not entry.unseen:
         return QUICK
-    return QUICK[list(SOUND_VARIANTS).index(entry.name) % 4 :: 4]
+    catalogue = FAULTS if isinstance(entry, Fault) else SOUND_VARIANTS
+    return QUICK[list(catalogue).index(entry.name) % 4 :: 4]
 
 
 def _inquire(

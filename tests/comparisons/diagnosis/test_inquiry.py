@@ -45,7 +45,7 @@ def test_the_case_is_asked_again_in_every_way() -> None:
     ("fault", "name", "relation"),
     [
         ("image-one-row-low", "furnace-convex", "roll"),
-        ("one-sample-too-many", "furnace-convex", "spp"),
+        ("one-sample-too-many", "quad-over-plane", "spp"),
         ("last-bounce-lost", "furnace-sphere", "partial-sums"),
     ],
 )
