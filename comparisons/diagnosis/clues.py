@@ -58,7 +58,7 @@ def clues(
         *_of_materials(comparisons),
         *_of_smooth_materials(comparisons),
         *_of_hints(comparisons),
-        *_of_relations(relations, heard(comparisons, others)),
+        *_of_relations(comparisons, relations, heard(comparisons, others)),
         *clues_of_ways(comparisons, others),
     ]
 
@@ -281,11 +281,16 @@ def _of_hints(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
             yield Clue(f"{name}: {text[0].lower()}{text[1:].rstrip('.')}", weights)
 
 
-def _of_relations(relations: Sequence[RelationResult], ways: Mapping[Way, Heard]) -> Iterator[Clue]:
+def _of_relations(
+    comparisons: Sequence[Comparison], relations: Sequence[RelationResult], ways: Mapping[Way, Heard]
+) -> Iterator[Clue]:
+    # a length that matters is G's, unless light that is found is right, or all that fails falls off from a point
     found_right = "chance" in ways and bool(ways["chance"].right)
+    failed = [set(c.features) for c in comparisons if c.verdict == "fail"]
+    lamps = found_right or (bool(failed) and not any(tables.DRAWN & features for features in failed))
     told = {
         "first-hits": tables.FIRST_HITS,
-        "scaling": tables.SCALING_OF_DRAWN if found_right else tables.SCALING,
+        "scaling": tables.SCALING_OF_LAMPS if lamps else tables.SCALING,
         "partial-sums": tables.PARTIAL_SUMS,
         "spp": tables.SPP,
         "roll": tables.ROLL,

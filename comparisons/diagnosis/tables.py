@@ -104,7 +104,7 @@ RELATIONS: Mapping[str, Weights] = {
 }
 OTHER_CAMERA: Weights = {"sensor": 7.0}
 SCALING: Weights = {"G": 5.0, "series": -1.5}  # an offset, or an end of rays
-SCALING_OF_DRAWN: Weights = {"G": 2.0, "E": 1.5, "estimator": 1.5}  # or the area of a lamp
+SCALING_OF_LAMPS: Weights = {"G": 2.0, "E": 1.5, "estimator": 1.5}  # or how a lamp is sampled, or falls off
 SPP: Weights = {"sensor": 5.0, "estimator": -1.0}  # what is done to the finished image sees its noise
 ROLL: Weights = {"sensor": 5.0}
 PARTIAL_SUMS: Weights = {"series": 7.0}
