@@ -20,7 +20,8 @@ MARKS = {"pass": "✓", "known": "k", "fail": "**✗**", "error": "!", "inconclu
 
 _HEAD = """# Verdicts
 
-Every renderer of the table held against every case that it can express, at the case's own tolerance.
+Renderers held against every case that they can express, at the case's own tolerance. `make verdicts` makes the page;
+with `BUDGET="--budget 60"` fewer verdicts stay open.
 
 - ✓ pass: every bounce, over the image and its tiles, is inside its tolerance, α = 0.1 %;
 - k known: it deviates as declared in comparisons/known.toml; [findings](findings) say why;
