@@ -22,7 +22,7 @@ def test_what_failed_is_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert {r.relation: r.verdict for r in outcome.relations} == {
         "first-hits": "pass",
         "scaling": "fail",
-        "partial-sums": "pass",
+        "spp": "pass",
     }
     [diagnosis] = outcome.diagnoses
     assert diagnosis.suspect == "G"
