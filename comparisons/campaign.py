@@ -31,9 +31,9 @@ def run(
     folder: Path | None,
     observer: Observer,
 ) -> Iterator[Comparison]:
-    """Compare, one after the other; images go to ``folder/images``, one folder per case;
-    without a folder there are none, and no metrics.
+    """Compare, one after the other.
 
+    Images go to ``folder/images``, one folder per case; without a folder there are none, and no image metrics.
     Renderers are names, or objects of this process; see ``in_process``.
 
     Raises:

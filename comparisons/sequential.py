@@ -30,7 +30,8 @@ GRACE = 60.0
 MOST_SPP = 4096
 """Of a replicate, for a renderer whose time does not depend on it."""
 
-_PILOT = 0.05  # seconds of rendering that are enough to foresee the time of more
+_PILOT = 0.0125
+"""Seconds of rendering, from which on four times the samples tell how long more will take."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +163,7 @@ class Sampler:
         budget = self._job.budget
         self._time(1)  # loads the scene, which must not be counted
         spp, elapsed = 1, (one := self._time(1))
-        while elapsed <= max(_PILOT / 4, 2 * one) and elapsed * 4 <= budget / 8 and spp < MOST_SPP:
+        while elapsed <= max(_PILOT, 2 * one) and elapsed * 4 <= budget / 8 and spp < MOST_SPP:
             spp *= 4
             elapsed = self._time(spp)
         each = max((elapsed - one) / (spp - 1), 1e-9) if spp > 1 else one

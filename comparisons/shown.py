@@ -17,7 +17,13 @@ Array = NDArray[np.float64]
 
 
 def write_truth(folder: Path | None, case: Case, mean: Array, stderr: Array, name: str = "truth") -> None:
-    """The truth of a case, once for all renderers; without a folder, nothing.
+    """Write the truth of a case, once for all renderers; without a folder, nothing.
+
+    Args:
+        folder: of the run; it goes to its ``images/CASE``.
+        case: whose truth it is.
+        mean, stderr: ``(bounces, height, width, channels)``, radiance.
+        name: of the file.
 
     Raises:
         ImageError, OSError: it can't be written.
@@ -44,8 +50,11 @@ def shown(
         folder: of the run; images go to its ``images/CASE``.
         case, renderer: what was compared.
         made: how the image was made, for its header.
-        mean, stderr, truth: ``(bounces, height, width, channels)``.
+        mean, stderr, truth: ``(bounces, height, width, channels)``, radiance.
         truth_name: of the file with the truth, as given to ``write_truth``.
+
+    Raises:
+        ImageError, OSError: the image can't be written.
     """
     if folder is None:
         return {}

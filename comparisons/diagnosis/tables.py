@@ -87,12 +87,14 @@ FEATURES: Mapping[str, Weights] = {
     "several emitters": {"estimator": 3.0},
 }
 
+FAR = frozenset(("directional", "constant", "environment_map", "spherical_harmonics"))
 OF_A_KIND: Mapping[str, frozenset[str]] = {
+    "lights infinitely far": FAR,
+    "lights at a point": frozenset(("point", "spot")),
     "metal": frozenset(("conductor", "rough_conductor")),
     "glass": frozenset(("dielectric", "rough_dielectric")),
-    "lights at a point": frozenset(("point", "spot")),
-    "lights infinitely far": frozenset(("directional", "constant", "environment_map", "spherical_harmonics")),
 }
+"""Features that FEATURES also speaks of together; what is said of one of them is not said of its kind again."""
 
 FIRST_HITS: Weights = {"G": 4.0}  # closed forms tell more than one image does of another
 RELATIONS: Mapping[str, Weights] = {
@@ -142,7 +144,6 @@ OCCLUDED = HIDDEN | {
 """Cases in which something stands between others."""
 
 SIZED = frozenset(("furnace-tiny", "furnace-huge"))
-FAR = frozenset(("directional", "constant", "environment_map", "spherical_harmonics"))
 SHAPES = frozenset(("sphere", "mesh", "disk", "ellipsoid"))  # besides quads, which all scenes have
 STRETCHED = frozenset(("disk", "ellipsoid"))
 DRAWN = frozenset(("area", "constant", "environment_map", "spherical_harmonics"))

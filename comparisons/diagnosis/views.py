@@ -57,11 +57,7 @@ def mean_fails(bounce: BounceResult) -> bool:
 def all_features(comparison: Comparison) -> frozenset[str]:
     """Those of its scene, and kinds of them."""
     features = frozenset(comparison.features)
-    more = {
-        "lights infinitely far": bool(tables.FAR & features),
-        "lights at a point": bool({"point", "spot"} & features),
-        "metal": bool({"conductor", "rough_conductor"} & features),
-        "glass": bool({"dielectric", "rough_dielectric"} & features),
+    more = {kind: bool(members & features) for kind, members in tables.OF_A_KIND.items()} | {
         "an image that is not square": comparison.width != comparison.height,
         "things that hide others": comparison.case in tables.HIDDEN,
         "an unusual size": comparison.case in tables.SIZED,

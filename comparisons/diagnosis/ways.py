@@ -194,7 +194,8 @@ def _of_next_event(
 ) -> Iterator[Clue]:
     """What is wrong where lamps are looked at, by that alone or beside chance, and right where they are found."""
     failed = [c for c in comparisons if c.verdict == "fail"]
-    bright = all(c.bounces[1].bias > 0 for c in failed if direct_fails(c))
+    direct = [c.bounces[1].bias for c in failed if direct_fails(c)]
+    bright = bool(direct) and min(direct) > 0
     text = f"found by chance, the light is right ({some(right)})"
     if begins_late(failed):
         yield Clue(f"{text}, and by next event wrong from a later bounce on", {"series": 2})
@@ -210,14 +211,18 @@ def _of_next_event(
             text = f"{text}, and only what comes from infinitely far is too bright: its density"
             yield Clue(text, {"estimator": 4.5, "E": -2})
         else:
-            yield Clue(f"{text}, and only what comes from infinitely far is too dark", {"E": 3})
+            yield Clue(
+                f"{text}, and only what comes from infinitely far is wrong, not all of it too bright",
+                {"E": 3},
+            )
     elif all(tables.STRETCHED & set(c.features) for c in failed):
         yield Clue(f"{text}, and only lamps that were stretched are wrong: their area", {"E": 5.5, "G": -4})
     elif only_where_hidden(comparisons):
         yield Clue(f"{text}, and only what stands in its way makes it wrong", {"G": 6, "R": -2})
     elif any({"point", "spot"} & set(c.features) and direct_fails(c) for c in failed):
         weights: Weights = {"estimator": 4, "G": -1} if bright else {"G": 5}
-        yield Clue(f"{text}, and that of points is too {'bright' if bright else 'dark'} as well", weights)
+        text = f"{text}, and that of points is {'too bright, as all is' if bright else 'wrong too'}"
+        yield Clue(text, weights)
     else:
         yield Clue(text, {"estimator": 3.5, "G": 1, "R": -3, "sensor": -3, "series": -2})
         shadows = [c for c in passed(comparisons) if tables.DELTA & set(c.features)]
