@@ -22,6 +22,7 @@ from comparisons.diagnosis.views import (
     has_light_from,
     indirect_fails,
     lit_indirect,
+    lit_materials,
     mean_fails,
     names,
     not_lit_by_lamps,
@@ -56,6 +57,7 @@ def clues(
         *_of_shadows(comparisons),
         *_of_features(comparisons),
         *_of_materials(comparisons),
+        *_of_what_is_right_elsewhere(comparisons),
         *_of_smooth_materials(comparisons),
         *_of_hints(comparisons),
         *_of_relations(comparisons, relations, heard(comparisons, others)),
@@ -254,6 +256,15 @@ def _of_materials(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     if failed and len(plain) >= 5 and all(tables.SPECIAL & set(c.features) for c in failed):
         text = f"what is only Lambertian is right in all {len(plain)} cases"
         yield Clue(text, {"R": 2, "estimator": 0.5})
+
+
+def _of_what_is_right_elsewhere(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
+    """Each light on each material that fails is right in another case: what is left is where they stand."""
+    wrong = {pair for c in comparisons if c.verdict == "fail" for pair in lit_materials(c)}
+    right = passed(comparisons)
+    if len(right) >= 5 and wrong and wrong.issubset(pair for c in right for pair in lit_materials(c)):
+        text = f"the same lights on the same materials are right in other cases ({len(right)} passed)"
+        yield Clue(text, tables.RIGHT_ELSEWHERE)
 
 
 def _of_smooth_materials(comparisons: Sequence[Comparison]) -> Iterator[Clue]:

@@ -96,6 +96,8 @@ OF_A_KIND: Mapping[str, frozenset[str]] = {
 }
 """Features that FEATURES also speaks of together; what is said of one of them is not said of its kind again."""
 
+RIGHT_ELSEWHERE: Weights = {"G": 0.75, "R": -2.0, "estimator": -0.5}  # where things stand is what differs
+
 FIRST_HITS: Weights = {"G": 4.0}  # closed forms tell more than one image does of another
 RELATIONS: Mapping[str, Weights] = {
     "E": {"E": 2.0},
@@ -150,3 +152,5 @@ DRAWN = frozenset(("area", "constant", "environment_map", "spherical_harmonics")
 DELTA = frozenset(("point", "spot", "directional"))
 SMOOTH = frozenset(("mirror", "conductor", "dielectric"))
 SPECIAL = frozenset(("mirror", "conductor", "dielectric", "rough_conductor", "rough_dielectric", "blend"))
+LIGHTS = DRAWN | DELTA
+MATERIALS = SPECIAL | {"lambertian", "image texture", "checkerboard texture"}

@@ -25,6 +25,14 @@ def lit_indirect(comparison: Comparison) -> list[int]:
     return [b.bounce for b in comparison.bounces if b.bounce > 0 and b.truth_mean > 0]
 
 
+def lit_materials(comparison: Comparison) -> set[tuple[str, str]]:
+    """Each of its lights with each of its materials."""
+    features = set(comparison.features)
+    return {
+        (light, material) for light in tables.LIGHTS & features for material in tables.MATERIALS & features
+    }
+
+
 def indirect_fails(comparison: Comparison) -> bool:
     """Whether a bounce beyond E does."""
     return any(b.verdict == "fail" for b in comparison.bounces[1:])

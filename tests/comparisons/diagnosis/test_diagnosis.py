@@ -54,6 +54,23 @@ def test_one_kind_of_lamp_that_is_wrong_tells_them_apart(made: Make) -> None:
     assert (found.suspect, found.next_case) == ("E", "")
 
 
+def test_what_is_right_elsewhere_is_wrong_where_it_stands(made: Make) -> None:
+    """The same lights on the same materials pass five times: neither is wrong by itself."""
+    shone_on = {"features": ["quad", "lambertian", "mirror", "area"]}
+    wrong = made([1.0, 0.5], [1.0, 0.4], **shone_on)
+    right = [made([1.0, 0.5], [1.0, 0.5], case=name, **shone_on) for name in "abcde"]
+
+    def said(failed: Comparison, passed: list[Comparison]) -> bool:
+        return any("right in other cases (5 passed)" in text for text in diagnose([failed, *passed]).evidence)
+
+    assert said(wrong, right)
+    assert not said(wrong, right[1:])
+    assert not said(made([1.0, 0.5], [1.0, 0.4], features=["quad", "lambertian", "constant"]), right)
+    assert not said(
+        made([1.0, 0.5], [1.0, 0.4], features=["quad", "lambertian"]), right
+    )  # lit by nothing known
+
+
 def test_a_furnace_of_half_the_albedo_is_not_counted_from_another_number(made: Make) -> None:
     """Half of every bounce is the next one there; other cases tell which it is."""
     half = off(*[0.5] * 6)
