@@ -18,6 +18,9 @@ from scenes.formats.finished import Finished
 
 Array = NDArray[np.float64]
 
+# what is rendered for a module is rendered once
+pytestmark = pytest.mark.xdist_group("single image")
+
 FLOAT, HALF = 2.0**-24, 2.0**-11
 ALPHA = 1e-3
 BOX = replace(library.case("furnace-box"), bounces=3, tolerance=Tolerance(image=(0.005,), tile=(0.02,)))

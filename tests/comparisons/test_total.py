@@ -360,7 +360,7 @@ LOOSE = Tolerance(image=(0.04,), tile=(0.3,))
 
 
 def test_without_depth_control_darker_scenes_are_compared(against: Callable[..., Comparison]) -> None:
-    case = small("furnace-mesh", size=4, tolerance=Tolerance(image=(0.06,), tile=(0.3,)), tiles=(2, 2))
+    case = small("furnace-box", size=4, tolerance=Tolerance(image=(0.06,), tile=(0.3,)), tiles=(2, 2))
     found = against(case, Total(), budget=200.0)
     assert found.verdict == "pass"
     assert [b.bounce for b in found.bounces] == [0]

@@ -19,13 +19,19 @@ from comparisons.settings import Settings, Silent
 SETTINGS = Settings(budget=4.0, first_look=0.2, total=False)
 
 
-def asked(fault: str, name: str, thoroughly: bool = True) -> tuple[list[RelationResult], list[Comparison]]:
-    """A planted fault fails a case, and is asked about it."""
+def planted(fault: str, name: str) -> tuple[Comparison, Named, list[Named]]:
+    """A case that a planted fault fails, the renderer of that fault, and its other ways."""
     entry = FAULTS[fault]
     renderer = Named(entry.plant(create("reference")), fault)
     ways = [Named(entry.plant(create(way)), way) for way in WAYS]
     [failed] = campaign.run([case(name)], [renderer], SETTINGS, None, Silent())
     assert failed.verdict == "fail"
+    return failed, renderer, ways
+
+
+def asked(fault: str, name: str, thoroughly: bool = True) -> tuple[list[RelationResult], list[Comparison]]:
+    """A planted fault fails a case, and is asked about it."""
+    failed, renderer, ways = planted(fault, name)
     return inquire(case(name), failed, renderer, ways, SETTINGS, thoroughly)
 
 
@@ -61,8 +67,10 @@ def test_of_further_cases_only_first_hits_are_asked() -> None:
 
 
 def test_what_could_tell_nothing_is_not_asked() -> None:
-    answers, _ = asked("cosine-missing", "furnace-channels")
-    assert not {"roll", "spp"} & verdicts(answers).keys()
+    failed, _, ways = planted("cosine-missing", "furnace-sphere")
+    others = list(campaign.run([case("furnace-sphere")], ways, SETTINGS, None, Silent()))
+    assert len(others) == len(WAYS)
+    assert not {"roll", "spp"} & set(questions(failed, others))
 
 
 def test_without_other_ways_more_relations_are_asked() -> None:
