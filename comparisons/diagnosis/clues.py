@@ -233,7 +233,7 @@ def _of_features(comparisons: Sequence[Comparison]) -> Iterator[Clue]:
     common = frozenset.intersection(*failed)
     # where direct light is right, whatever emits and whatever is sampled is
     late = begins_late(wrong)
-    special = all(tables.SPECIAL & one for one in failed)
+    special = all(tables.SPECIAL & one - frozenset[str]().union(*right) for one in failed)
     said = set[str]()
     for feature, weights in tables.FEATURES.items():
         if late and not weights.keys() & {"R", "sensor"}:
