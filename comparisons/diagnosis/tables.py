@@ -96,7 +96,12 @@ OF_A_KIND: Mapping[str, frozenset[str]] = {
 }
 """Features that FEATURES also speaks of together; what is said of one of them is not said of its kind again."""
 
-RIGHT_ELSEWHERE: Weights = {"G": 1.0, "E": 0.5, "R": -1.5, "estimator": -0.5}  # where things stand is what differs
+RIGHT_ELSEWHERE: Weights = {
+    "G": 1.0,
+    "E": 0.5,
+    "R": -1.5,
+    "estimator": -0.5,
+}  # where things stand is what differs
 
 FIRST_HITS: Weights = {"G": 4.0}  # closed forms tell more than one image does of another
 RELATIONS: Mapping[str, Weights] = {
