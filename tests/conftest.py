@@ -60,21 +60,29 @@ class Watched:
 OpenReport = Callable[..., Any]
 
 
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """One browser for all tests of a file; each page has a profile of its own."""
+    executable = shutil.which("chromium") or shutil.which("chromium-browser")
+    if executable is None:
+        if os.environ.get("CI") == "true":
+            pytest.fail("chromium is not installed, and CI has to test the report in a browser")
+        pytest.skip("chromium is not installed")
+    with _browser(executable) as browser:
+        yield browser
+
+
 @pytest.fixture
-def open_report() -> Iterator[OpenReport]:
+def open_report(chromium: Any) -> Iterator[OpenReport]:
     """``open_report(path)`` opens a report in Chromium, checks it, and returns the page for further checks.
 
     It fails on any error or warning in the console, any request but the file itself, any image that does not
     load and, unless ``plots=False``, any plot of an open section that is not drawn once it is in view. Options go to
     Playwright's ``new_page``.
     """
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        if os.environ.get("CI") == "true":
-            pytest.fail("chromium is not installed, and CI has to test the report in a browser")
-        pytest.skip("chromium is not installed")
-    with _browser(chromium) as browser:
-        yield lambda path, *, plots=True, **options: _checked(browser, path, plots, options)
+    yield lambda path, *, plots=True, **options: _checked(chromium, path, plots, options)
+    for context in chromium.contexts:
+        context.close()
 
 
 @contextmanager

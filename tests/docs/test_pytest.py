@@ -18,15 +18,22 @@ FILES = dict(re.findall(r"^<!-- runs: (\S+) -->\n```python\n(.*?)^```$", PAGE, r
 PLUGIN = "lightproof" if entry_points(group="pytest11", name="lightproof") else "lightproof.pytest_plugin"
 
 TRACE = """
+from functools import cache
+
 import numpy as np
 from scenes import library
 
 CASES = [library.case(name) for name in ("furnace-box", "integrating-sphere", "quad-over-plane", "cornell-box")]
 
+@cache
+def truth(name, width, height, last):
+    case = library.case(name)
+    return case.answer.truth(case.scene.resized(width, height), last).mean
+
 def trace(scene, bounces, spp, seed):
     case = next(case for case in CASES if case.scene.surfaces == scene.surfaces)
-    truth = case.answer.truth(scene, max(bounces)).mean[bounces,]
-    return {factor} * truth * np.random.default_rng(seed).normal(1, 0.05 / spp**0.5, truth.shape)
+    means = truth(case.name, scene.sensor.width, scene.sensor.height, max(bounces))[bounces,]
+    return {factor} * means * np.random.default_rng(seed).normal(1, 0.05 / spp**0.5, means.shape)
 """
 """The truth with noise, 5 % for a sample of a pixel."""
 

@@ -51,11 +51,17 @@ def run(folder: Path, *arguments: str, files: dict[str, str] | None = None) -> R
 
 RENDERERS = '''
 """Renderers of the tests' own: the truth with noise, 5 % for a sample of a pixel."""
+from functools import cache
 import numpy as np
 from comparisons.renderers import Unsupported
 from scenes import library
 
 CASES = [library.case(name) for name in ("furnace-box", "integrating-sphere", "quad-over-plane", "cornell-box")]
+
+@cache
+def truth(name, width, height, last):
+    case = library.case(name)
+    return case.answer.truth(case.scene.resized(width, height), last).mean
 
 class Right:
     noise = 0.05
@@ -65,8 +71,8 @@ class Right:
 
     def render(self, scene, bounces, spp, seed):
         case = next(case for case in CASES if case.scene.surfaces == scene.surfaces)
-        truth = case.answer.truth(scene, max(bounces)).mean[bounces,]
-        return truth * np.random.default_rng(seed).normal(1, self.noise / spp**0.5, truth.shape)
+        means = truth(case.name, scene.sensor.width, scene.sensor.height, max(bounces))[bounces,]
+        return means * np.random.default_rng(seed).normal(1, self.noise / spp**0.5, means.shape)
 
 class Brighter(Right):
     def render(self, scene, bounces, spp, seed):
