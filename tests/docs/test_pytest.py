@@ -17,6 +17,8 @@ FILES = dict(re.findall(r"^<!-- runs: (\S+) -->\n```python\n(.*?)^```$", PAGE, r
 # the latter: an installation in place that is older than the entry point
 PLUGIN = "lightproof" if entry_points(group="pytest11", name="lightproof") else "lightproof.pytest_plugin"
 
+NOT_NEEDED = ["-p", "no:cacheprovider", "-p", "no:hypothesispytest"]
+
 TRACE = """
 from functools import cache
 
@@ -47,7 +49,8 @@ def test_the_files_of_the_page_are_a_test_suite(tmp_path: Path, factor: str, out
     (tmp_path / "trace.py").write_text(TRACE.format(factor=factor))
     (tmp_path / "my_renderer.py").write_text(f"from trace import trace\n\n\n{FILES['my_renderer.py']}")
     found = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", PLUGIN, "-p", "no:cacheprovider", "-W", "error"],
+        # without hypothesis, which takes half a second to import
+        [sys.executable, "-m", "pytest", "-p", PLUGIN, *NOT_NEEDED, "-W", "error"],
         cwd=tmp_path,
         env={name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")},
         capture_output=True,
