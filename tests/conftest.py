@@ -1,9 +1,10 @@
-"""For tests of every folder: a browser that complains, and the processes that are running."""
+"""For tests of every folder: a browser that complains, the processes that are running, and the example in C++."""
 
 from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -36,6 +37,29 @@ def processes() -> Callable[[], list[Process]]:
         return found
 
     return running
+
+
+@pytest.fixture(scope="session")
+def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder in which examples/tiny has been built: its sources, its objects, and the program ``tiny``."""
+    if not (
+        shutil.which("make") and shutil.which("pkg-config") and shutil.which(os.environ.get("CXX", "g++"))
+    ):
+        if os.environ.get("CI") == "true":
+            pytest.fail("no C++ compiler, and CI has to build the example")
+        pytest.skip("no C++ compiler")
+    if subprocess.run(["pkg-config", "--exists", "OpenEXR", "nlohmann_json"]).returncode:
+        if os.environ.get("CI") == "true":
+            pytest.fail("libopenexr-dev or nlohmann-json3-dev is missing, and CI has to build the example")
+        pytest.skip("libopenexr-dev or nlohmann-json3-dev is missing")
+    folder = tmp_path_factory.mktemp("tiny")
+    sources = Path(__file__).parents[1] / "examples" / "tiny"
+    for source in [*sources.glob("*.h"), *sources.glob("*.cpp"), sources / "Makefile"]:
+        shutil.copy(source, folder)
+    built = subprocess.run(["make"], cwd=folder, capture_output=True, text=True, timeout=300)
+    assert built.returncode == 0, built.stderr
+    assert "warning" not in built.stderr, built.stderr
+    return folder
 
 
 class Watched:
