@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from comparisons.crew import Crew
 from comparisons.hints import BLOCKS, hints_of_terms
@@ -153,7 +153,7 @@ class Comparing:
         The noise alone says when, as in ``_draw_where_it_decides``. If it is small enough already, something else
         keeps a bounce open, and only many more samples can tell what.
         """
-        q = float(stats.norm.isf(self.settings.alpha_of(len(self.looks) + 1) / 2))
+        q = -float(special.ndtri(self.settings.alpha_of(len(self.looks) + 1) / 2))
         noise = max(self._noise(k, sampler) for k in bounces)
         longer = ((1 + _LUCK / q) * noise) ** 2
         return sampler.seconds * (2.0 if longer < 1 else float(np.clip(longer, 1.25, 2.0)))

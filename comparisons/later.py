@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from comparisons.crew import Crew
 from comparisons.statistics.moments import Moments
-from reference_tracer.finite_elements import solve
 from scenes import Computed, Estimate, Scene
 from scenes.formats import exr
 from scenes.tail import tail_bound
@@ -53,6 +52,8 @@ def sum_later(scene: Scene, answer: Computed | Estimate, spp: int, jobs: int) ->
 
 
 def _solved(scene: Scene, answer: Computed, data: Array) -> tuple[Array, None, str]:
+    from reference_tracer.finite_elements import solve  # sparse matrices, which only this needs
+
     coarse = solve(scene, 0, order=answer.order, levels=answer.levels, splits=answer.splits)
     fine = coarse.refined()
     found = fine.image(fine.inverse) - data.sum(axis=0)

@@ -25,7 +25,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from comparisons.crew import Crew
 from comparisons.known import Deviation, declared_of_sum
@@ -212,7 +212,7 @@ class _One:
         """Which share of the samples so far is to be added: what makes a right renderer pass, at most all of it."""
         found, tile = measured.biases, self.tolerance.of_tile(0)
         tolerances = np.array([[self.tolerance.of_image(0)]] + [[tile]] * (len(found.bias) - 1))
-        q = float(stats.norm.isf(self.of.settings.alpha_of(look) / 2))
+        q = -float(special.ndtri(self.of.settings.alpha_of(look) / 2))
         noise = float(np.max((found.own.high - found.own.low) / 2 / tolerances))
         times = ((1 + _LUCK / q) * noise) ** 2
         return 1.0 if times < 1 else float(np.clip(times - 1, 0.25, 1.0))

@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 import platformdirs
 
-from comparisons.computed import compute
 from comparisons.crew import Crew
 from comparisons.later import LATER_SPP, sum_later
 from comparisons.statistics.moments import Moments
@@ -70,6 +69,8 @@ def truth_of(case: Case, crew: Crew, progress: Progress = lambda done: None) -> 
         return _read(path)
     except exr.ImageError:  # there is none, or it is damaged
         if isinstance(case.answer, Computed):
+            from comparisons.computed import compute  # finite elements; most truths are there already
+
             compute(case.scene, case.bounces, case.answer, path, _of(case.scene))
         else:
             estimate(case.scene, case.bounces, spp, crew, path, progress)
@@ -158,6 +159,8 @@ def main() -> None:
         print(case.answer.path_of_later)
         return
     if isinstance(case.answer, Computed):
+        from comparisons.computed import compute
+
         compute(case.scene, COMMITTED_BOUNCES, case.answer, path, _of(case.scene))
         print(
             f"{path}: error (root mean square, relative), per bounce: {', '.join(map(str, case.answer.error))}"

@@ -10,6 +10,7 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -30,6 +31,13 @@ SIDE, GAP = 128, 4
 
 def truth(made: Case) -> NDArray[np.float64]:
     """The answer of a case, ``(bounces + 1, height, width, channels)``."""
+    return _truth(made.name)
+
+
+@cache
+def _truth(name: str) -> NDArray[np.float64]:
+    """Of the case of that name; both the pages and the pictures need it."""
+    made = case(name)
     found = made.answer.truth(made.scene, made.bounces)
     assert found is not None
     return found.mean

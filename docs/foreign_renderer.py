@@ -24,11 +24,13 @@ _CONSOLE = re.compile(r"(?<=^```console\n)(.*?)(?=^```$)", re.MULTILINE | re.DOT
 _FILE = re.compile(r"(<!-- file: (\S+) -->\n```\w+\n).*?(?=^```$)", re.MULTILINE | re.DOTALL)
 
 
-def rewritten(text: str) -> str:
-    """The page with what its commands print now."""
+def rewritten(text: str, built: Path | None = None) -> str:
+    """The page with what its commands print now; of a program that ``make`` has built already, if one says where."""
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder) / "tiny"
         shutil.copytree(EXAMPLE, work, ignore=shutil.ignore_patterns(*BUILT))
+        for file in [*built.glob("*.o"), built / "tiny"] if built else []:
+            shutil.copy(file, work)  # newer than the sources
         text = _FILE.sub(lambda match: match[1] + (EXAMPLE / match[2]).read_text(), text)
         return _CONSOLE.sub(lambda match: "".join(_session(match[0], work)), text)
 

@@ -64,13 +64,14 @@ def find(name: str) -> Case:
     """
     if ".py:" in name:
         return from_file(name)
+    if name in library.CASES:
+        return library.case(name)
     others = announced()
     if name in others:
         return from_entry_point(others[name])
-    if name not in library.CASES and (Path(name).suffix or Path(name).name != name):
+    if Path(name).suffix or Path(name).name != name:
         raise CaseError(f"{name}: expected the name of a case, a scene FILE.json, or a function FILE.py:NAME")
-    look_up("case", name, {**library.CASES, **dict.fromkeys(others)})
-    return library.case(name)
+    raise UnknownNameError("case", name, [*library.CASES, *others])
 
 
 def from_file(place: str) -> Case:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
@@ -18,11 +18,11 @@ from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
-from comparisons.faults import FAULTS, SOUND_VARIANTS
-from comparisons.faults.matrix import Matrix, Row, Summary, rows
 from lightproof import options, terminal
-from reports.faults import write as write_page
 from scenes.names import look_up
+
+if TYPE_CHECKING:
+    from comparisons.faults.matrix import Row, Summary
 
 Names = Annotated[list[str] | None, typer.Argument(metavar="[NAME]…", help="Some of them; all by default.")]
 OutFolder = Annotated[
@@ -51,6 +51,10 @@ def faults(
 
     Example: lightproof faults lambertian-without-pi
     """
+    # here alone: no other command should wait for them
+    from comparisons.faults import FAULTS, SOUND_VARIANTS
+    from comparisons.faults.matrix import Matrix, Summary, rows
+
     catalogue = {**FAULTS, **SOUND_VARIANTS}
     for name in names or ():
         look_up("fault", name, catalogue)
@@ -78,6 +82,8 @@ def faults(
     )
     text = msgspec.json.format(msgspec.json.encode(matrix), indent=2)
     if out is not None:
+        from reports.faults import write as write_page  # the plots of a report take long to import
+
         out.mkdir(parents=True, exist_ok=True)
         (out / "faults.json").write_bytes(text + b"\n")
         write_page(matrix, out)
@@ -89,6 +95,8 @@ def faults(
 
 
 def _show_list(out: Console, names: Sequence[str], as_json: bool) -> None:
+    from comparisons.faults import FAULTS, SOUND_VARIANTS
+
     entries = [
         {
             "name": name,

@@ -32,8 +32,13 @@ class Cases:
     def __init__(self, config: pytest.Config) -> None:
         option = config.getoption
         try:
-            self.tolerance = percents(option("lightproof_tolerance"), "tolerance")
-            self.tile_tolerance = percents(option("lightproof_tile_tolerance"), "tile-tolerance")
+            # passed on as they were written: a share from 10 % on without its sign would be refused
+            self.tolerance, self.tile_tolerance = (
+                option("lightproof_tolerance"),
+                option("lightproof_tile_tolerance"),
+            )
+            percents(self.tolerance, "tolerance")
+            percents(self.tile_tolerance, "tile-tolerance")
             self.size = size(option("lightproof_size"))
             names, few = option("lightproof_case") or [], option("lightproof_few")
             self.all = not names and not few

@@ -9,7 +9,6 @@ import numpy as np
 
 from comparisons.results import Images
 from scenes.formats import exr
-from scenes.spectral import chromaticity, linear_srgb, to_xyz
 
 _LARGEST = 256  # pixels of a side; a page shows 160
 
@@ -35,12 +34,18 @@ class BounceImages:
 
     def shown(self, radiance: exr.Images) -> exr.Images:
         """Radiance as a picture shows it, ``(…, channels)``: wavelengths in linear sRGB, others as they are."""
-        return radiance if self.wavelengths is None else linear_srgb(radiance, self.wavelengths)
+        if self.wavelengths is None:
+            return radiance
+        from scenes.spectral import linear_srgb  # takes half a second, and few images have wavelengths
+
+        return linear_srgb(radiance, self.wavelengths)
 
     def chromaticity(self, radiance: exr.Images) -> exr.Images | None:
         """CIE x, y of the mean of each image, ``(images, 2)``; None where channels are no wavelengths."""
         if self.wavelengths is None:
             return None
+        from scenes.spectral import chromaticity, to_xyz  # as above
+
         return chromaticity(to_xyz(radiance.mean(axis=(1, 2)), self.wavelengths))
 
 

@@ -1,9 +1,10 @@
-"""For tests of every folder: a browser that complains, and the processes that are running."""
+"""For tests of every folder: a browser that complains, the processes that are running, and the example in C++."""
 
 from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -38,6 +39,29 @@ def processes() -> Callable[[], list[Process]]:
     return running
 
 
+@pytest.fixture(scope="session")
+def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder in which examples/tiny has been built: its sources, its objects, and the program ``tiny``."""
+    if not (
+        shutil.which("make") and shutil.which("pkg-config") and shutil.which(os.environ.get("CXX", "g++"))
+    ):
+        if os.environ.get("CI") == "true":
+            pytest.fail("no C++ compiler, and CI has to build the example")
+        pytest.skip("no C++ compiler")
+    if subprocess.run(["pkg-config", "--exists", "OpenEXR", "nlohmann_json"]).returncode:
+        if os.environ.get("CI") == "true":
+            pytest.fail("libopenexr-dev or nlohmann-json3-dev is missing, and CI has to build the example")
+        pytest.skip("libopenexr-dev or nlohmann-json3-dev is missing")
+    folder = tmp_path_factory.mktemp("tiny")
+    sources = Path(__file__).parents[1] / "examples" / "tiny"
+    for source in [*sources.glob("*.h"), *sources.glob("*.cpp"), sources / "Makefile"]:
+        shutil.copy(source, folder)
+    built = subprocess.run(["make"], cwd=folder, capture_output=True, text=True, timeout=300)
+    assert built.returncode == 0, built.stderr
+    assert "warning" not in built.stderr, built.stderr
+    return folder
+
+
 class Watched:
     """A page and everything on it that a report must not do."""
 
@@ -60,21 +84,29 @@ class Watched:
 OpenReport = Callable[..., Any]
 
 
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """One browser for all tests of a file; each page has a profile of its own."""
+    executable = shutil.which("chromium") or shutil.which("chromium-browser")
+    if executable is None:
+        if os.environ.get("CI") == "true":
+            pytest.fail("chromium is not installed, and CI has to test the report in a browser")
+        pytest.skip("chromium is not installed")
+    with _browser(executable) as browser:
+        yield browser
+
+
 @pytest.fixture
-def open_report() -> Iterator[OpenReport]:
+def open_report(chromium: Any) -> Iterator[OpenReport]:
     """``open_report(path)`` opens a report in Chromium, checks it, and returns the page for further checks.
 
     It fails on any error or warning in the console, any request but the file itself, any image that does not
     load and, unless ``plots=False``, any plot of an open section that is not drawn once it is in view. Options go to
     Playwright's ``new_page``.
     """
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        if os.environ.get("CI") == "true":
-            pytest.fail("chromium is not installed, and CI has to test the report in a browser")
-        pytest.skip("chromium is not installed")
-    with _browser(chromium) as browser:
-        yield lambda path, *, plots=True, **options: _checked(browser, path, plots, options)
+    yield lambda path, *, plots=True, **options: _checked(chromium, path, plots, options)
+    for context in chromium.contexts:
+        context.close()
 
 
 @contextmanager

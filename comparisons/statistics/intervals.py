@@ -26,7 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special  # scipy.stats would take longer to import than many a command takes
 
 from comparisons.statistics import power, skewness
 from comparisons.statistics.moments import Moments
@@ -192,7 +192,7 @@ def biases(
     each = alpha_of_regions(alpha, len(bias), others)
     own, simultaneous = (
         [q * skewness.stretch(tail * (q + tail / 6)) for tail in tails]
-        for q in (stats.t.isf(alpha / 2, freedom), stats.t.isf(each / 2, freedom))
+        for q in (-special.stdtrit(freedom, alpha / 2), -special.stdtrit(freedom, each / 2))
     )
     cautious = np.maximum(error, least_error / denominator)
     return Biases(
@@ -224,4 +224,4 @@ def p_values(bias: Array, error: Array, freedom: Array) -> Array:
     """Of no bias at all, two-sided; 1 where there is no noise."""
     noisy = error > 0
     t = np.divide(np.abs(bias), error, out=np.zeros_like(bias), where=noisy)
-    return np.where(noisy, 2 * stats.t.sf(t, freedom), 1.0)
+    return np.where(noisy, 2 * special.stdtr(freedom, -t), 1.0)

@@ -23,11 +23,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 Array = NDArray[np.float64]
 
-_Z = float(stats.norm.ppf(0.9))
+_Z = float(special.ndtri(0.9))
 
 
 def resolution(limits: Sequence[Array], tails: Sequence[Array], spread: Array, freedom: Array) -> Array:

@@ -39,7 +39,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, stats
+from scipy import special
 
 Array = NDArray[np.float64]
 Window = tuple[slice, slice]
@@ -82,7 +82,7 @@ class Noise:
         Args:
             alpha: one for all, or one for each region, ``(1 + tiles, 1)``.
         """
-        q = stats.t.isf(alpha / 2, self.freedom)
+        q = -special.stdtrit(self.freedom, alpha / 2)
         a = np.where(np.abs(self.skewness) < 1e-9, 1e-9, self.skewness)
         longer: Array = np.max([np.abs(3 / a * (np.cbrt(1 + a * (y - a / 6)) - 1)) for y in (q, -q)], axis=0)
         return longer * self.error
@@ -97,6 +97,8 @@ def outliers(residual: Array, truth: Array, scale: Array, windows: Sequence[Wind
         scale: the truth, or what it is at least taken for.
         windows: of the tiles.
     """
+    from scipy import ndimage  # here alone: most commands look for no outliers
+
     # brighter than all that is near: a soft or shifted edge has no outliers
     near = ndimage.maximum_filter(scale, (5, 5, 1))
     relative, excess = np.abs(residual) / scale, (residual + truth) / near - 1

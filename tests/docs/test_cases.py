@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+pytestmark = pytest.mark.xdist_group("docs-cases")  # all answers are evaluated once
+
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "cases"
 

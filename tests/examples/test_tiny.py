@@ -5,8 +5,6 @@ Its output goes through the EXR reader alone, none of our renderers takes part.
 
 from __future__ import annotations
 
-import os
-import shutil
 import subprocess
 from collections.abc import Callable
 from functools import cache
@@ -23,36 +21,18 @@ from scenes.features import features
 from scenes.formats import exr, finished
 from scenes.library import CASES, case
 
-SOURCES = Path(__file__).parents[2] / "examples" / "tiny"
 REPLICATES = 8
 
 Images = NDArray[np.float64]
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
 Render = Callable[..., Images]
 
-pytestmark = pytest.mark.xdist_group("tiny")  # built once
+pytestmark = pytest.mark.xdist_group("tiny")  # built once, for docs/test_foreign_renderer.py too
 
 
-@pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The program, built in a folder of its own."""
-    if not (
-        shutil.which("make") and shutil.which("pkg-config") and shutil.which(os.environ.get("CXX", "g++"))
-    ):
-        if os.environ.get("CI") == "true":
-            pytest.fail("no C++ compiler, and CI has to build the example")
-        pytest.skip("no C++ compiler")
-    if subprocess.run(["pkg-config", "--exists", "OpenEXR", "nlohmann_json"]).returncode:
-        if os.environ.get("CI") == "true":
-            pytest.fail("libopenexr-dev or nlohmann-json3-dev is missing, and CI has to build the example")
-        pytest.skip("libopenexr-dev or nlohmann-json3-dev is missing")
-    folder = tmp_path_factory.mktemp("tiny")
-    for source in [*SOURCES.glob("*.h"), *SOURCES.glob("*.cpp"), SOURCES / "Makefile"]:
-        shutil.copy(source, folder)
-    built = subprocess.run(["make"], cwd=folder, capture_output=True, text=True, timeout=300)
-    assert built.returncode == 0, built.stderr
-    assert "warning" not in built.stderr, built.stderr
-    return folder / "tiny"
+@pytest.fixture
+def program(tiny: Path) -> Path:
+    return tiny / "tiny"
 
 
 @pytest.fixture

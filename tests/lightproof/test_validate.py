@@ -15,7 +15,7 @@ from scenes import library
 def test_what_failed_is_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Mitsuba's rays begin too far from surfaces of a millimetre: docs/findings/mitsuba-small-scenes.md."""
     monkeypatch.setattr(inquiry, "BUDGET", 60.0)  # a slow machine needs it
-    settings = Settings(budget=60.0, first_look=0.5, total=False)
+    settings = Settings(bounces=2, budget=60.0, first_look=0.5, total=False)
     case = library.case("furnace-tiny")
     outcome = compare([case], ["mitsuba"], settings, tmp_path, Silent(), why=True)
     assert [c.verdict for c in outcome.comparisons] == ["fail"]
@@ -27,4 +27,5 @@ def test_what_failed_is_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     [diagnosis] = outcome.diagnoses
     assert diagnosis.suspect == "G"
     quiet = compare([case], ["mitsuba"], settings, tmp_path, Silent())
+    assert [c.verdict for c in quiet.comparisons] == ["fail"]
     assert quiet.relations == []

@@ -226,8 +226,7 @@ def relation(name: str, verdict: Any, bounces: list[BounceResult], **changes: An
     return RelationResult(**(fields | changes))
 
 
-@pytest.fixture
-def with_relations(results: Results, tmp_path: Path) -> Results:
+def relations_too(results: Results, folder: Path) -> Results:
     """The same run, which has tried relations too."""
     offset = KnownDeviation(
         declared_bias=0.013, state="confirmed", reason=f"the ray offset {SCRIPT}", link="docs/offset.md"
@@ -249,8 +248,30 @@ def with_relations(results: Results, tmp_path: Path) -> Results:
         relation("scaling", "error", [], message="exit code 139", log=["starting", f"]]> {SCRIPT}"]),
     ]
     changed = msgspec.structs.replace(results, relations=tried)
-    write(changed, tmp_path)
+    write(changed, folder)
     return changed
+
+
+@pytest.fixture
+def with_relations(results: Results, tmp_path: Path) -> Results:
+    return relations_too(results, tmp_path)
+
+
+@pytest.fixture(scope="module")
+def run_with_relations(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of such results for tests that change nothing in it."""
+    folder = tmp_path_factory.mktemp("run-with-relations")
+    relations_too(every_verdict(folder), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run_of_many(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of results of each comparison twice, for tests that change nothing in it."""
+    folder = tmp_path_factory.mktemp("run-of-many")
+    results = every_verdict(folder)
+    write(msgspec.structs.replace(results, comparisons=results.comparisons * 2), folder)
+    return folder
 
 
 @pytest.fixture(scope="module")

@@ -17,9 +17,13 @@ import pytest
 from PIL import Image
 
 import reports
-from comparisons.results import Metrics, Results, ResultsError, write
+from comparisons.results import Metrics, Results, ResultsError, read, write
 from reports.html import FEW, web_link
 from scenes.formats import exr
+
+pytestmark = pytest.mark.xdist_group(
+    "report"
+)  # reports that are rendered once, a browser that is started once
 
 
 class Page(html.parser.HTMLParser):
@@ -61,7 +65,13 @@ def page(run: Path) -> Page:
     return rendered(run)
 
 
+def alone(results: Results, folder: Path, *indices: int) -> None:
+    """Leave but these of the comparisons."""
+    write(msgspec.structs.replace(results, comparisons=[results.comparisons[i] for i in indices]), folder)
+
+
 def test_render_writes_two_files_into_the_folder(results: Results, tmp_path: Path) -> None:
+    alone(results, tmp_path, 4)
     assert reports.render(tmp_path) == [tmp_path / "report.html", tmp_path / "junit.xml"]
 
 
@@ -169,6 +179,7 @@ def test_metrics_of_terms_and_sums(results: Results, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("damage", ["missing", "cut short", "no image", "another size"])
 def test_a_damaged_image_is_said_at_its_place(results: Results, tmp_path: Path, damage: str) -> None:
+    alone(results, tmp_path, 0, 2)  # what is said of one, and another one that goes on
     file = tmp_path / "pass.renderer.exr"
     if damage == "missing":
         file.unlink()
@@ -180,12 +191,13 @@ def test_a_damaged_image_is_said_at_its_place(results: Results, tmp_path: Path, 
         exr.write_bounces(file, np.ones((2, 8, 16, 3)))
     page = rendered(tmp_path)
     assert page.text.count("The images can't be shown.") == 1
-    assert len(page.all("img")) == (4 + 2 + 2) * 7
+    assert len(page.all("img")) == 2 * 7
     if damage == "another size":
         assert "the renderer's file 2 bounces of 16 × 8 pixels in 3 channels" in page.text
 
 
 def test_an_image_of_other_layers_is_said_too(results: Results, tmp_path: Path) -> None:
+    alone(results, tmp_path, 0)
     spec = OpenImageIO.ImageSpec(4, 4, 1, OpenImageIO.FLOAT)
     spec.channelnames = ["bounce0.Z"]
     out = OpenImageIO.ImageOutput.create(str(tmp_path / "pass.truth.exr"))
@@ -196,14 +208,16 @@ def test_an_image_of_other_layers_is_said_too(results: Results, tmp_path: Path) 
 
 
 def test_pixels_that_are_not_finite_do_not_stop_the_report(results: Results, tmp_path: Path) -> None:
+    alone(results, tmp_path, 0)
     file = tmp_path / "pass.renderer.exr"
     mean, error = exr.read_bounces(file)
     mean[1, 3, 4], mean[2, 5, 6] = np.nan, np.inf
     exr.write_bounces(file, mean, error)
-    assert len(rendered(tmp_path).all("img")) == (7 + 4 + 2 + 2) * 7
+    assert len(rendered(tmp_path).all("img")) == 7 * 7
 
 
 def test_large_images_are_averaged(results: Results, tmp_path: Path) -> None:
+    alone(results, tmp_path, 2)
     for side in ("truth", "renderer"):
         exr.write_bounces(tmp_path / f"grey.{side}.exr", np.ones((2, 300, 600, 1)))
     page = rendered(tmp_path)
@@ -222,6 +236,7 @@ def equal_energy(folder: Path, wavelengths: tuple[int, ...] | None = VISIBLE) ->
 
 
 def test_spectra_are_shown_in_colour(results: Results, tmp_path: Path) -> None:
+    alone(results, tmp_path, 3)
     equal_energy(tmp_path)
     page = rendered(tmp_path)
     assert "Truth and renderer show 41 wavelengths" in page.text
@@ -241,13 +256,16 @@ def test_spectra_are_shown_in_colour(results: Results, tmp_path: Path) -> None:
 def test_two_sides_of_different_wavelengths_are_not_compared(
     results: Results, tmp_path: Path, wavelengths: tuple[int, ...] | None
 ) -> None:
+    alone(results, tmp_path, 3)
     equal_energy(tmp_path, wavelengths)
     assert "The channels of the two files are different wavelengths." in rendered(tmp_path).text
 
 
-def many(results: Results, folder: Path) -> None:
-    """A run of each comparison twice."""
-    write(msgspec.structs.replace(results, comparisons=results.comparisons * 2), folder)
+@pytest.fixture(scope="module")
+def many(run_of_many: Path) -> Path:
+    """The report of a run of each comparison twice."""
+    path, _ = reports.render(run_of_many)
+    return path
 
 
 def sections(page: Page) -> dict[str, bool]:
@@ -259,25 +277,20 @@ def sections(page: Page) -> dict[str, bool]:
     }
 
 
-def test_few_sections_are_open_and_of_many_those_that_did_not_pass(results: Results, tmp_path: Path) -> None:
-    assert len(results.comparisons) == FEW
-    few = rendered(tmp_path)
-    assert all(sections(few).values())
-    assert few.all("nav") == []
-    many(results, tmp_path)
-    page = rendered(tmp_path)
-    passes = [
-        f"comparison-{i}" for i, c in enumerate(results.comparisons * 2, start=1) if c.verdict == "pass"
-    ]
+def test_few_sections_are_open_and_of_many_those_that_did_not_pass(page: Page, many: Path) -> None:
+    assert len(sections(page)) == FEW
+    assert all(sections(page).values())
+    assert page.all("nav") == []
+    long = Page(many.read_text(encoding="utf-8"))
+    found = read(many.parent).comparisons
+    passes = [f"comparison-{i}" for i, c in enumerate(found, start=1) if c.verdict == "pass"]
     assert len(passes) == 2
-    assert sections(page) == {f"comparison-{i}": f"comparison-{i}" not in passes for i in range(1, 13)}
-    assert len(page.all("nav")) == 1
+    assert sections(long) == {f"comparison-{i}": f"comparison-{i}" not in passes for i in range(1, 13)}
+    assert len(long.all("nav")) == 1
 
 
-def test_the_index_has_every_comparison_once_and_fails_first(results: Results, tmp_path: Path) -> None:
-    many(results, tmp_path)
-    reports.render(tmp_path)
-    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+def test_the_index_has_every_comparison_once_and_fails_first(many: Path) -> None:
+    text = many.read_text(encoding="utf-8")
     index = Page(text[text.index("<nav") : text.index("</nav>")])
     links = [str(a["href"]) for a in index.all("a")]
     assert sorted(links) == sorted(f"#comparison-{i}" for i in range(1, 13))
@@ -297,31 +310,26 @@ def test_an_empty_run_is_no_pass(results: Results, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "options", [{}, {"color_scheme": "dark"}, {"viewport": {"width": 390, "height": 800}}], ids=str
 )
-def test_in_a_browser(results: Results, tmp_path: Path, open_report: Any, options: dict[str, Any]) -> None:
-    path, _ = reports.render(tmp_path)
-    page = open_report(path, **options)
-    assert page.locator("h1").inner_text().startswith("1 of 6 comparisons failed")
-    assert page.locator(".plot").count() == 8
+def test_in_a_browser(page: Page, run: Path, open_report: Any, options: dict[str, Any]) -> None:
+    shown = open_report(run / "report.html", **options)
+    assert shown.locator("h1").inner_text().startswith("1 of 6 comparisons failed")
+    assert shown.locator(".plot").count() == 8
     # wide tables and galleries scroll inside their boxes, the page itself never sideways
-    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
-    page.locator(".verdicts td a.fail").first.click()
-    assert page.url.endswith("#comparison-2")
+    assert shown.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    shown.locator(".verdicts td a.fail").first.click()
+    assert shown.url.endswith("#comparison-2")
 
 
 @pytest.mark.browser
-def test_a_link_opens_its_section_and_draws_its_plots(
-    results: Results, tmp_path: Path, open_report: Any
-) -> None:
-    many(results, tmp_path)
-    path, _ = reports.render(tmp_path)
-    page = open_report(path)
+def test_a_link_opens_its_section_and_draws_its_plots(many: Path, open_report: Any) -> None:
+    page = open_report(many)
     plots = page.locator("#comparison-7 .plot canvas")
     assert not page.locator("#comparison-7 .finding").is_visible()
     assert plots.count() == 0
     page.locator("nav a[href='#comparison-7']").click()
     assert page.locator("#comparison-7 .finding").is_visible()
     plots.first.wait_for(state="attached")
-    page.goto(f"{path.resolve().as_uri()}#comparison-1")
+    page.goto(f"{many.resolve().as_uri()}#comparison-1")
     page.reload()
     assert page.locator("#comparison-1 .finding").is_visible()
 
@@ -351,6 +359,11 @@ def test_the_browser_check_notices_what_it_is_there_for(tmp_path: Path, open_rep
 # ---- relations
 
 
+@pytest.fixture(scope="module")
+def related(run_with_relations: Path) -> Page:
+    return rendered(run_with_relations)
+
+
 @pytest.mark.parametrize(
     "said",
     [
@@ -368,17 +381,16 @@ def test_the_browser_check_notices_what_it_is_there_for(tmp_path: Path, open_rep
         "64 samples per pixel and side in 32 replicates",
     ],
 )
-def test_the_page_says_of_relations(with_relations: Results, tmp_path: Path, said: str) -> None:
-    assert said in rendered(tmp_path).text
+def test_the_page_says_of_relations(related: Page, said: str) -> None:
+    assert said in related.text
 
 
-def test_texts_of_relations_are_escaped(with_relations: Results, tmp_path: Path) -> None:
-    page = rendered(tmp_path)
-    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+def test_texts_of_relations_are_escaped(related: Page, run_with_relations: Path) -> None:
+    text = (run_with_relations / "report.html").read_text(encoding="utf-8")
     assert "<script>alert" not in text
     assert not re.search("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe]", text.replace("\r", ""))
-    anchors = {a["id"] for _, a in page.tags if a.get("id")}
-    assert {str(a["href"])[1:] for a in page.all("a") if str(a["href"]).startswith("#")} <= anchors
+    anchors = {a["id"] for _, a in related.tags if a.get("id")}
+    assert {str(a["href"])[1:] for a in related.all("a") if str(a["href"]).startswith("#")} <= anchors
 
 
 def test_a_run_of_relations_alone(with_relations: Results, tmp_path: Path) -> None:
@@ -394,6 +406,8 @@ def test_a_page_without_relations_says_nothing_of_them(page: Page) -> None:
 
 @pytest.mark.browser
 def test_relations_in_a_browser(with_relations: Results, tmp_path: Path, open_report: Any) -> None:
+    # a look at one comparison's plots will do: those of all six have been drawn above
+    write(msgspec.structs.replace(with_relations, comparisons=with_relations.comparisons[1:2]), tmp_path)
     reports.render(tmp_path)
     page = open_report(tmp_path / "report.html")
     assert "superposition" in page.inner_text("body")
