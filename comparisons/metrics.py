@@ -87,7 +87,7 @@ def image_metrics(bounces: int, image: Array, truth: Array) -> Metrics:
         rmse=rmse,
         nrmse=rmse / float(np.sqrt(np.mean(truth**2))),
         rel_mse=rel_mse(image, truth),
-        psnr=20 * float(np.log10(truth.max() / rmse)) if rmse else None,
+        psnr=_psnr(image, truth) if rmse else None,
         ssim=_ssim(image, truth) if min(truth.shape[:2]) >= _SSIM_WINDOW else None,
         flip=hdr_flip(truth, image) if in_colour else None,
         delta_e=delta_e(image, truth) if in_colour else None,
@@ -145,6 +145,12 @@ def delta_e(image: Array, truth: Array) -> float | None:
         for a in (truth, image)
     )
     return float(np.mean(colour.delta_E(ours, theirs, method="CIE 2000")))
+
+
+def _psnr(image: Array, truth: Array) -> float:
+    from skimage.metrics import peak_signal_noise_ratio
+
+    return float(peak_signal_noise_ratio(truth, image, data_range=float(truth.max())))
 
 
 def _ssim(image: Array, truth: Array) -> float:

@@ -1,12 +1,9 @@
-"""Scene-linear radiance → pixels of a screen: one exposure per column, then the sRGB encoding.
-
-V = 12.92 L,                   L ≤ 0.0031308
-V = 1.055 L^(1 / 2.4) − 0.055  above                    (IEC 61966-2-1:1999)
-"""
+"""Scene-linear radiance → pixels of a screen: one exposure per column, then the sRGB encoding."""
 
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,12 +52,12 @@ def encode(image: Image, exposure: float) -> Pixels:
     radiance = image if image.shape[-1] == 3 else np.repeat(image.mean(axis=-1, keepdims=True), 3, axis=-1)
     finite = np.asarray(np.isfinite(radiance).all(axis=-1))
     linear = np.clip(np.where(finite[..., None], radiance, 0.0) * exposure, 0.0, 1.0)
-    pixels: Pixels = np.round(255 * srgb(linear)).astype(np.uint8)
+    with warnings.catch_warnings():
+        warnings.simplefilter(
+            "ignore"
+        )  # colour-science warns that Matplotlib is absent; only its plots need it
+        import colour  # half a second, which only those wait for who draw pictures
+    encoded = np.asarray(colour.cctf_encoding(linear, function="sRGB"))
+    pixels: Pixels = np.round(255 * encoded).astype(np.uint8)
     pixels[~finite] = NOT_FINITE
     return pixels
-
-
-def srgb(linear: Image) -> Image:
-    """The encoding of sRGB, of values from 0 to 1; colour-science has it too, but takes half a second to import."""
-    encoded: Image = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return encoded

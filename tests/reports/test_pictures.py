@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -29,16 +28,6 @@ def test_the_encoding_is_srgb() -> None:
     image = np.array([[[0.0, 0.0031308, 0.2140411], [1.0, 2.0, -1.0]]])
     assert exposure.encode(image, 1.0).tolist() == [[[0, 10, 127], [255, 255, 0]]]
     assert exposure.encode(image / 2, 2.0).tolist() == exposure.encode(image, 1.0).tolist()
-
-
-def test_the_encoding_is_that_of_colour_science() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # it warns that Matplotlib is absent; only its plots need it
-        import colour
-    linear = np.linspace(0, 1, 2001)
-    np.testing.assert_allclose(
-        exposure.srgb(linear), colour.cctf_encoding(linear, function="sRGB"), rtol=1e-14
-    )
 
 
 @pytest.mark.parametrize("channels", [1, 2, 5])
