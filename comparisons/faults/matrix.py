@@ -63,6 +63,14 @@ class Row(Struct, frozen=True, kw_only=True):
         return tuned_on(self.name)
 
     @property
+    def size(self) -> str:
+        """Its bias, ``+41 %``; empty where there is none."""
+        if self.bias is None:
+            return ""
+        percent = 100 * self.bias
+        return f"{float(f'{percent:.2g}'):+,.0f} %" if abs(percent) >= 99.5 else f"{percent:+.2g} %"
+
+    @property
     def right(self) -> bool:
         """Whether the diagnosis names what was planted."""
         return self.diagnosis is not None and self.diagnosis.suspect == self.operator
@@ -118,14 +126,25 @@ class Summary(Struct, frozen=True, kw_only=True):
     def sentences(self) -> Iterator[str]:
         """The same for a reader."""
         if self.faults:
-            yield (
-                f"{self.caught} of {self.faults} faults were caught; {self.unseen} can't be seen, and say why. "
-                f"The diagnosis named {self.tuned[0]} of {self.tuned[1]} faults that it was tuned on, and "
-                f"{self.held_out[0]} of {self.held_out[1]} that were held out."
-            )
+            unseen = f"; {self.unseen} can't be seen, and say why" if self.unseen else ""
+            share = f"{self.caught} of {self.faults} faults were" if self.faults > 1 else "The only fault was"
+            yield f"{share}{' not' if self.faults == 1 > self.caught else ''} caught{unseen}.{self._named()}"
         if self.sound:
             yield f"{self.failed} of {self.sound} sound variants failed."
         yield f"{self.seconds:.0f} s in all."
+
+    def _named(self) -> str:
+        shares = [
+            f"{right} of {of} {which}"
+            for (right, of), which in (
+                (self.tuned, "that it was tuned on"),
+                (self.held_out, "that were held out"),
+            )
+            if of
+        ]
+        if not shares:
+            return ""
+        return f" The diagnosis named {', and '.join(shares).replace(' that', ' faults that', 1)}."
 
 
 class Matrix(Struct, frozen=True, kw_only=True):
