@@ -16,7 +16,7 @@ from scipy import stats
 from comparisons.crew import Crew
 from comparisons.hints import BLOCKS, hints_of_terms
 from comparisons.in_process import InProcess
-from comparisons.known import Deviation, declared
+from comparisons.known import Deviation, declared, of_other_versions
 from comparisons.notes import notes
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, Unsupported, canonical, traits
@@ -86,6 +86,7 @@ class Comparing:
         try:
             version = self.crew.version(self.name)
             known = declared(list(self.settings.known), self.case.name, self.name, version)
+            self.notes += of_other_versions(list(self.settings.known), self.case.name, self.name, version)
             sampler = self._sample(known)
             seconds = sampler.seconds
             totals = [self._total(self.series, known)] if self.series else self.no_totals
@@ -250,7 +251,7 @@ class Comparing:
             truth_source=self.truth.source,
             message="; ".join(filter(None, (self._undecided(bounces), said_of(totals)))),
             log=[line for total in totals for line in total.log],
-            notes=self.notes + notes(bounces, sampler),
+            notes=self.notes + notes(bounces, sampler, totals),
             hints=self._hints(mean) if by_bounce == "fail" else [],
             totals=totals,
             **shown(folder, self.case, self.shown_name, made, mean, stderr, self.truth.mean),

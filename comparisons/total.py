@@ -154,7 +154,8 @@ class _One:
         # of darker scenes the bounces have other shares, and s = 0 leaves bounce 0 by itself
         self.tolerance = case.tolerance.of_sum(truth.terms.mean(axis=1))
         names = channel_names(case.scene.channels, case.wavelengths)
-        self.declared = declared_of_sum(of.known, truth.terms, names, case.tolerance)
+        known = [entry for entry in of.known if entry.total is None or scale == 1]
+        self.declared = declared_of_sum(known, truth.terms, names, case.tolerance)
 
     @property
     def hopeless(self) -> str:
