@@ -73,7 +73,7 @@ def faults(
                 found[row.name] = row
                 progress.update(bar, advance=1, description=row.name)
         except KeyboardInterrupt:
-            kept = f"; what was seen of each is in {seen}" if seen else ""
+            kept = f"; what was seen of them is in {seen}" if seen and found else ""
             stop(f"interrupted; {len(found)} of {len(chosen)} were done{kept}", 130)
     ordered = [found[name] for name in chosen]
     matrix = Matrix(

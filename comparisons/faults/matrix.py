@@ -7,6 +7,7 @@ that say why they can't be seen.
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
@@ -173,7 +174,8 @@ def rows(names: Sequence[str], jobs: int, seed: int = 0, keep: Path | None = Non
         seed: of all comparisons.
         keep: a folder for what was seen, ``NAME.json``, from which a row can be concluded again.
     """
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as executor:
+    at_once = (signal.SIGINT, signal.SIG_DFL)  # on Ctrl-C, not when its row is done
+    with ProcessPoolExecutor(jobs, get_context("spawn"), signal.signal, at_once) as executor:
         try:
             for done in as_completed([executor.submit(row, name, seed, keep) for name in names]):
                 yield done.result()

@@ -193,7 +193,8 @@ def _refuse_cancellation(bounces: Sequence[int], sums: dict[int, Array]) -> None
         if 0 < abs(term) < 2**-13 * whole:
             share = term / whole
             raise Unsupported(
-                f"bounce {k}, {share:.0e} of the sum: too little for a difference in single precision"
+                f"bounce {k}, {share:.0e} of the sum: too little for a difference in single precision; if the same "
+                "seed does not walk the same paths at every depth, leave out coupled = true"
             )
 
 

@@ -304,7 +304,7 @@ def test_faults_that_are_interrupted_say_how_far_they_came(
     monkeypatch.setattr(faults, "rows", rows)
     result = invoke("faults", "cosine-missing", "cosine-squared", "--out", tmp_path / "out")
     assert result.exit_code == 130
-    assert "interrupted; 1 of 2 were done; what was seen of each is in" in flat(result.output)
+    assert "interrupted; 1 of 2 were done; what was seen of them is in" in flat(result.output)
 
 
 def test_a_new_run_leaves_nothing_of_the_old_one(tmp_path: Path) -> None:
