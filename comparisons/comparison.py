@@ -251,7 +251,7 @@ class Comparing:
             truth_source=self.truth.source,
             message="; ".join(filter(None, (self._undecided(bounces), said_of(totals)))),
             log=[line for total in totals for line in total.log],
-            notes=self.notes + notes(bounces, sampler, totals),
+            notes=self.notes + notes(bounces, sampler, self.traits, totals),
             hints=self._hints(mean) if by_bounce == "fail" else [],
             totals=totals,
             **shown(folder, self.case, self.shown_name, made, mean, stderr, self.truth.mean),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from comparisons.renderers import Entry
 from comparisons.results import BounceResult, TotalResult
 from comparisons.sequential import Sampler
 
@@ -13,9 +14,18 @@ _DOMINANT = 0.5
 """Share of a region's squared deviations from which on a single replicate is said to dominate."""
 
 
-def notes(bounces: Sequence[BounceResult], sampler: Sampler, totals: Sequence[TotalResult] = ()) -> list[str]:
-    """Sentences; none where there is nothing to say."""
-    return [*_vanished(bounces, totals), *_dominated(bounces), *_negative(bounces, sampler)]
+def notes(
+    bounces: Sequence[BounceResult], sampler: Sampler, traits: Entry, totals: Sequence[TotalResult] = ()
+) -> list[str]:
+    """Sentences; none where there is nothing to say.
+
+    Args:
+        bounces, sampler: the results, and the samples behind them.
+        traits: what is declared of the renderer.
+        totals: of the same comparison.
+    """
+    positive = [b for b in bounces if b.bounce == 0 or not traits.differences]
+    return [*_vanished(bounces, totals), *_dominated(bounces), *_negative(positive, sampler)]
 
 
 def _vanished(bounces: Sequence[BounceResult], totals: Sequence[TotalResult]) -> list[str]:
