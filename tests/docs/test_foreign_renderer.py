@@ -49,6 +49,7 @@ def without_progress(text: str) -> str:
     kept = [line for line in text.splitlines() if not re.match(r"\[\d+/\d+\]|      Bounce \d|Report: ", line)]
     # relation, scene, renderer: how far a question of two seconds comes depends on the machine
     kept = [re.sub(rf"^(  \S+ +\S+ +tiny\S* +)({VERDICTS})\b.*", r"\1", line) for line in kept]
+    kept = [re.sub(r"(checks failed), \d+ stayed inconclusive\.", r"\1.", line) for line in kept]
     return re.sub(r"[ ─]+", " ", re.sub(r"[+−]?\d[\d.]*[!?t]*", "#", "\n".join(kept)))
 
 
