@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -124,8 +125,9 @@ def _against(
     observer: Observer,
 ) -> Comparison:
     """One renderer: bounce by bounce if it can, else by the totals that it makes."""
+    start = time.monotonic()
     if complaint := contender.complaint():
-        return failed(case, contender.name, settings, complaint)
+        return failed(case, contender.name, settings, complaint, time.monotonic() - start)
     guest = contender.guest
     found = Comparing(case, contender.name, truth, settings, guest or crew, observer, guest, series).run(
         folder

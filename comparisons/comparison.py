@@ -16,12 +16,12 @@ from scipy import special
 from comparisons.crew import Crew
 from comparisons.hints import BLOCKS, hints_of_terms
 from comparisons.in_process import InProcess
-from comparisons.known import Deviation, declared
+from comparisons.known import Deviation, declared, of_other_versions
 from comparisons.notes import notes
 from comparisons.regions import Regions
 from comparisons.renderers import RendererError, Unsupported, canonical, traits
 from comparisons.results import BounceResult, Comparison, Hint, Look, TotalResult
-from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
+from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed, too_few
 from comparisons.settings import Observer, Settings
 from comparisons.shown import shown
 from comparisons.statistics.intervals import Biases, Means, biases, denominators
@@ -86,6 +86,7 @@ class Comparing:
         try:
             version = self.crew.version(self.name)
             known = declared(list(self.settings.known), self.case.name, self.name, version)
+            self.notes += of_other_versions(list(self.settings.known), self.case.name, self.name, version)
             sampler = self._sample(known)
             seconds = sampler.seconds
             totals = [self._total(self.series, known)] if self.series else self.no_totals
@@ -248,13 +249,16 @@ class Comparing:
             renderer_version=version,
             looks=self.looks,
             truth_source=self.truth.source,
-            message="; ".join(filter(None, (_undecided(bounces, self.settings.budget), said_of(totals)))),
+            message="; ".join(filter(None, (self._undecided(bounces), said_of(totals)))),
             log=[line for total in totals for line in total.log],
-            notes=self.notes + notes(bounces, sampler),
+            notes=self.notes + notes(bounces, sampler, self.traits, totals),
             hints=self._hints(mean) if by_bounce == "fail" else [],
             totals=totals,
             **shown(folder, self.case, self.shown_name, made, mean, stderr, self.truth.mean),
         )
+
+    def _undecided(self, bounces: list[BounceResult]) -> str:
+        return _undecided(bounces, self.settings.budget, self.looks[-1].seconds)
 
     def _hints(self, mean: Array) -> list[Hint]:
         """What the sum seems to have gone through, if the image is large enough to tell."""
@@ -345,8 +349,13 @@ def _noise_of_truth(truth: Truth) -> list[str]:
     ]
 
 
-def _undecided(bounces: list[BounceResult], budget: float) -> str:
-    """Why some bounce has no verdict, and what could have been seen in it; empty if all have one."""
+def _undecided(bounces: list[BounceResult], budget: float, seconds: float) -> str:
+    """Why some bounce has no verdict, and what could have been seen in it; empty if all have one.
+
+    Args:
+        bounces: all of them.
+        budget, seconds: that there were, and that were used.
+    """
     undecided = [b for b in bounces if b.verdict == "inconclusive"]
     if not undecided:
         return ""
@@ -360,7 +369,7 @@ def _undecided(bounces: list[BounceResult], budget: float) -> str:
     ]
     spent = f"the budget of {budget:g} s was used up"
     if (count := undecided[0].replicates) < MIN_REPLICATES:
-        spent += f" after {count} replicates, and a verdict needs {MIN_REPLICATES}"
+        spent += f" {too_few(count, max(seconds, budget))}"
     return f"{spent}; a bias could have been detected from {', '.join(image + tiles)}"
 
 

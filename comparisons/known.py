@@ -20,7 +20,10 @@ channels lie inside declared ± within, those of the others inside ± tolerance.
 deviation as well as a larger one. One that has vanished passes, and the report asks for the entry to go.
 
 Of the whole sum, too, what the declared bounces explain is known, and nothing else: Σ (bias × mean of TᵏE) relative
-to the sum, within Σ (within × mean of TᵏE) and the tolerance of all other bounces (``declared_of_sum``).
+to the sum, within Σ (within × mean of TᵏE) and the tolerance of all other bounces (``declared_of_sum``). What goes
+wrong in the sum alone, as the renderer's users make it, has an entry of its own, which then counts:
+
+    total = 0.013                     # relative to the sum, or for each channel one; in place of bounces and bias
 
 Of a relation, the bias is that of the first side, relative to the second, and ``case`` may also be one of the scenes
 that relations bring along. The entry speaks of each of its claims.
@@ -29,7 +32,7 @@ that relations bring along. The entry speaks of each of its claims.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from importlib.resources import files
@@ -61,39 +64,58 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     case: str
     renderer: str | list[str]
     versions: str
-    bounces: list[int]
-    bias: list[float | list[float]]
     within: float
     tile_within: float
     reason: str
     link: str
+    bounces: list[int] = []
+    bias: list[float | list[float]] = []
+    total: float | list[float] | None = None
     onwards: bool = False
     channels: list[str] | None = None
     relation: str | None = None
 
     def __post_init__(self) -> None:
-        if not self.bounces or len(self.bias) != len(self.bounces):
-            raise ValueError(
-                f"bias has {len(self.bias)} numbers, bounces has {len(self.bounces)}: expected as many"
-            )
-        lists = [bias for bias in self.bias if isinstance(bias, list)]
-        if any(not bias or len(bias) != len(self.channels or []) for bias in lists):
-            raise ValueError(
-                f"bias = {self.bias}, channels = {self.channels}: expected a number for each bounce, or a list "
-                "with one for each of the channels, which are then named"
-            )
-        smallest = min(abs(b) for bias in self.bias for b in (bias if isinstance(bias, list) else [bias]))
-        if min(self.bounces) < 0 or sorted(set(self.bounces)) != self.bounces:
-            raise ValueError(f"bounces = {self.bounces}: expected each once, ascending, from 0")
+        biases = self.bias if self.total is None else [self.total]
+        self._check_what(biases)
+        smallest = min(abs(b) for bias in biases for b in (bias if isinstance(bias, list) else [bias]))
         if not (0 < self.within < smallest < math.inf and 0 < self.tile_within < math.inf):
+            shown = f"bias = {self.bias}" if self.total is None else f"total = {self.total}"
             raise ValueError(
-                f"bias = {self.bias}, within = {self.within}, tile_within = {self.tile_within}: expected "
+                f"{shown}, within = {self.within}, tile_within = {self.tile_within}: expected "
                 "0 < within < |bias|, so that a deviation can't be taken for none, and 0 < tile_within"
             )
         try:
             SpecifierSet(self.versions)
         except InvalidSpecifier as error:
             raise ValueError(f"versions = {self.versions!r}: {error}") from None
+
+    def _check_what(self, biases: Sequence[float | list[float]]) -> None:
+        """Refuse what does not say what deviates, or says it twice.
+
+        Raises:
+            ValueError: what was found, and what was expected.
+        """
+        if not (self.bounces or self.bias or self.total is not None):
+            raise ValueError("it says nothing of what deviates: expected bounces and bias, or total")
+        if self.total is not None and (
+            self.bounces or self.bias or self.onwards or self.relation is not None
+        ):
+            raise ValueError(
+                "total stands by itself: expected no bounces, bias, onwards or relation beside it"
+            )
+        if self.total is None and (not self.bounces or len(self.bias) != len(self.bounces)):
+            raise ValueError(
+                f"bias has {len(self.bias)} numbers, bounces has {len(self.bounces)}: expected as many"
+            )
+        lists = [bias for bias in biases if isinstance(bias, list)]
+        if any(not bias or len(bias) != len(self.channels or []) for bias in lists):
+            raise ValueError(
+                f"bias = {biases}, channels = {self.channels}: expected a number for each bounce, or a list "
+                "with one for each of the channels, which are then named"
+            )
+        if self.bounces and (min(self.bounces) < 0 or sorted(set(self.bounces)) != self.bounces):
+            raise ValueError(f"bounces = {self.bounces}: expected each once, ascending, from 0")
 
     @property
     def renderers(self) -> list[str]:
@@ -111,6 +133,13 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Whether something is declared of a bounce."""
         return bounce in self.bounces or (self.onwards and bounce > max(self.bounces))
 
+    def of_total(self, names: Sequence[str]) -> DeclaredSum | None:
+        """What it says of the sum itself; None if it is about bounces."""
+        if self.total is None:
+            return None
+        by_channel = self._by_channel(self.total, names)
+        return DeclaredSum(by_channel, self.within, self.tile_within, self.reason, self.link)
+
     def biases(self, bounce: int, names: Sequence[str]) -> dict[str, float]:
         """The declared biases of a bounce that the entry speaks of, by channel; those it does not name are left out.
 
@@ -119,6 +148,9 @@ class Deviation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             names: of all channels of the case.
         """
         bias = self.bias[self.bounces.index(bounce) if bounce in self.bounces else -1]
+        return self._by_channel(bias, names)
+
+    def _by_channel(self, bias: float | list[float], names: Sequence[str]) -> dict[str, float]:
         deviate = list(names) if self.channels is None else self.channels
         by_name = zip(deviate, bias if isinstance(bias, list) else [bias] * len(deviate), strict=True)
         return {name: b for name, b in by_name if name in names}
@@ -149,7 +181,7 @@ class Declared(Protocol):
 
 @dataclass(frozen=True)
 class DeclaredSum:
-    """What the entries of single bounces explain of the sum."""
+    """What is declared of the sum, or what the entries of single bounces explain of it."""
 
     by_channel: dict[str, float]
     within: float
@@ -165,14 +197,16 @@ class DeclaredSum:
 def declared_of_sum(
     entries: Sequence[Deviation], means: NDArray[np.float64], names: Sequence[str], tolerance: Tolerance
 ) -> DeclaredSum | None:
-    """What is declared of a sum by what is declared of its bounces; None if nothing is.
+    """What is declared of a sum, by itself or by what is declared of its bounces; None if nothing is.
 
     Args:
-        entries: of the comparison; of two that speak of the same bounce, the later one counts.
+        entries: of the comparison; of two that speak of the same, the later one counts.
         means: of TᵏE over the image, ``(bounces + 1, channels)``; the last may hold all that follows.
         names: of the channels.
         tolerance: of bounces that no entry speaks of.
     """
+    if of_total := [found for entry in entries if (found := entry.of_total(names))]:
+        return of_total[-1]
     spoken = {k: entry for entry in entries for k in range(len(means)) if entry.speaks_of(k)}
     if not spoken:
         return None
@@ -252,10 +286,28 @@ def declared(
         version: of the renderer.
         relation: which one is tried on the scene of the case; None: the case is held against its truth.
     """
+    ours = _about(deviations, case, renderer, relation)
+    return [entry for entry in ours if _covers(entry, version)]
+
+
+def of_other_versions(
+    deviations: list[Deviation], case: str, renderer: str, version: str, relation: str | None = None
+) -> list[str]:
+    """What is to be said of entries that apply but for the version; arguments as of ``declared``."""
+    others = [e for e in _about(deviations, case, renderer, relation) if not _covers(e, version)]
     return [
-        entry
-        for entry in deviations
-        if (entry.case, entry.relation) == (case, relation)
-        and entry.means(renderer)
-        and SpecifierSet(entry.versions).contains(version, prereleases=True)
+        f"A deviation that is declared of versions {versions} does not apply: this one's is {version or 'not known'}"
+        for versions in dict.fromkeys(entry.versions for entry in others)
     ]
+
+
+def _about(
+    deviations: list[Deviation], case: str, renderer: str, relation: str | None
+) -> Iterator[Deviation]:
+    for entry in deviations:
+        if (entry.case, entry.relation) == (case, relation) and entry.means(renderer):
+            yield entry
+
+
+def _covers(entry: Deviation, version: str) -> bool:
+    return SpecifierSet(entry.versions).contains(version, prereleases=True)

@@ -6,6 +6,7 @@ A replicate is an independent render of a few samples per pixel. Variances come 
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -73,6 +74,19 @@ class Renders(Protocol):
         """As ``Crew.render``."""
 
 
+def too_few(replicates: int, seconds: float) -> str:
+    """What is said where there was time for less than a verdict needs, and what would do.
+
+    Args:
+        replicates: how many there were.
+        seconds: how long they took, on the scale of the budget that the user gives.
+    """
+    enough = max(1.1 * seconds * MIN_REPLICATES / replicates, 1.0)
+    power = 10 ** math.floor(math.log10(enough))
+    budget = next(step * power for step in (1, 2, 3, 5, 10) if step * power >= enough)
+    return f"after {replicates} replicates, and a verdict needs {MIN_REPLICATES}: try --budget {budget:g}"
+
+
 def first_seed(seed: int) -> int:
     """Where the seeds of replicates begin: anywhere in [2³⁰, 2³¹), so two of the user's seeds seldom overlap."""
     return 2**30 + (int(np.random.SeedSequence(seed).generate_state(1)[0]) >> 2)
@@ -103,6 +117,11 @@ class Sampler:
     def seconds(self) -> float:
         """Since the start."""
         return time.monotonic() - self._start
+
+    @property
+    def budget(self) -> float:
+        """Seconds that it may take."""
+        return self._job.budget
 
     @property
     def exhausted(self) -> bool:

@@ -32,7 +32,7 @@ from comparisons.known import Deviation, declared_of_sum
 from comparisons.regions import Regions
 from comparisons.renderers import Entry, Images, RendererError, Unsupported
 from comparisons.results import Look, TotalResult, Verdict
-from comparisons.sequential import MIN_REPLICATES, Job, Sampler, first_seed
+from comparisons.sequential import Job, Sampler, first_seed, too_few
 from comparisons.settings import Settings
 from comparisons.statistics.intervals import Biases, Means, Range, biases, denominators
 from comparisons.statistics.rare_events import event_size, least_error
@@ -154,7 +154,8 @@ class _One:
         # of darker scenes the bounces have other shares, and s = 0 leaves bounce 0 by itself
         self.tolerance = case.tolerance.of_sum(truth.terms.mean(axis=1))
         names = channel_names(case.scene.channels, case.wavelengths)
-        self.declared = declared_of_sum(of.known, truth.terms, names, case.tolerance)
+        known = [entry for entry in of.known if entry.total is None or scale == 1]
+        self.declared = declared_of_sum(known, truth.terms, names, case.tolerance)
 
     @property
     def hopeless(self) -> str:
@@ -202,7 +203,7 @@ class _One:
                     tail=float(self.tail.max()),
                     seconds=sampler.seconds,
                     looks=looks,
-                    message=self._undecided(measured) if undecided else "",
+                    message=self._undecided(measured, sampler) if undecided else "",
                     scale=self.scale,
                     truth=self.truth.how,
                 )
@@ -243,14 +244,14 @@ class _One:
             least=sampler.enough,
         )
 
-    def _undecided(self, measured: Measured) -> str:
+    def _undecided(self, measured: Measured, sampler: Sampler) -> str:
+        spent = "its part of the budget was used up"
+        if not measured.enough:
+            seconds = self.of.settings.budget * max(sampler.seconds / sampler.budget, 1.0)
+            return f"total: {spent} {too_few(measured.replicates, seconds)}"
         widths = measured.biases.own.high - measured.biases.own.low
         half_known = bool((self.tail[0] > 0.5 * widths[0]).any())
-        why = "the tail is not known well enough" if half_known else "its part of the budget was used up"
-        if not measured.enough:
-            return (
-                f"total: {why} after {measured.replicates} replicates, and a verdict needs {MIN_REPLICATES}"
-            )
+        why = "the tail is not known well enough" if half_known else spent
         seen = float(measured.biases.resolution[0].max() + self.tolerance.of_image(0))
         return f"total: {why}; a bias could have been detected from {100 * seen:.2g} %"
 

@@ -55,7 +55,6 @@ def _faults(rows: Sequence[Row]) -> Iterator[str]:
     yield "|---|---|---|---|---|---|---|---|"
     for row in rows:
         happened = "".join(f" ([happened]({link}))" for link in row.happened)
-        bias = "" if row.bias is None else f"{100 * row.bias:+.2g} %"
         bounce = "" if row.bounce is None else str(row.bounce)
         seconds = f"{row.seconds:.1f}" if row.caught_by else ""
         half = "" if row.tuned else " (held out)"
@@ -64,7 +63,7 @@ def _faults(rows: Sequence[Row]) -> Iterator[str]:
         )
         yield (
             f"| {row.name} | {row.operator} | {_cell(row.what)}{happened} | {row.caught_by or '–'} | {bounce} "
-            f"| {bias} | {seconds} | {named if row.caught_by else ''} |"
+            f"| {row.size} | {seconds} | {named if row.caught_by else ''} |"
         )
     yield ""
 

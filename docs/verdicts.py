@@ -24,7 +24,7 @@ Renderers held against every case that they can express, at the case's own toler
 with `BUDGET="--budget 60"` fewer verdicts stay open.
 
 - ✓ pass: every bounce, over the image and its tiles, is inside its tolerance, α = 0.1 %;
-- k known: it deviates as declared in comparisons/known.toml; [findings](findings) say why;
+- k known: it deviates as declared in comparisons/known.toml; [findings](findings/README.md) say why;
 - **✗** fail: some bounce is outside; · unsupported: it lacks a feature; ! error;
 - ? inconclusive: the budget was used up first.
 

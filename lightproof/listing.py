@@ -47,7 +47,8 @@ def show_renderers(out: Console, rows: Sequence[Mapping[str, Any]]) -> None:
     out.print()
     for what, names in alike.items():
         out.print(Text(", ".join(names), "bold"), soft_wrap=True)
-        out.print(Padding(Text(what, "dim"), (0, 0, 1, 4)))
+        out.print(Padding(Text(what, "dim"), (0, 0, 0, 4), expand=False))
+        out.print()
 
 
 def _in_short(row: Mapping[str, Any]) -> dict[str, Any]:

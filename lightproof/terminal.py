@@ -37,7 +37,9 @@ _STYLE = {
     "unsupported": "dim",
 }
 
-_PLAIN_WIDTH = 10_000  # of lines that go to a file or a pipe: as long as they are
+PLAIN_WIDTH = 10_000
+"""Of lines that go to a file or a pipe: as long as they are."""
+
 _TABLE_WIDTH = 160  # of a terminal in which the columns of a list are wide enough to be read
 
 
@@ -46,7 +48,7 @@ def console(stderr: bool = False) -> Console:
     found = Console(highlight=False, stderr=stderr)
     if found.is_terminal:
         return found
-    return Console(highlight=False, stderr=stderr, width=_PLAIN_WIDTH, no_color=True)
+    return Console(highlight=False, stderr=stderr, width=PLAIN_WIDTH, no_color=True)
 
 
 class Show:
@@ -71,8 +73,9 @@ class Show:
         self._bar = self._bars.add_task("", total=1.0, message="")
 
     def started(self, case: str, renderer: str) -> None:
-        """Show what begins."""
-        self._label = f"[{self.done + 1}/{self.total}] {case} × {renderer}"
+        """Show what begins; what is asked again when all is done has no number."""
+        number = f"[{self.done + 1}/{self.total}] " if self.done < self.total else ""
+        self._label = f"{number}{case} × {renderer}"
         self._bars.reset(self._bar, description=Text(self._label).markup, message="loading")
 
     def progressed(self, share: float, message: str) -> None:
@@ -163,7 +166,12 @@ def show_rows(out: Console, rows: Sequence[Mapping[str, str]]) -> None:
         out.print(Text.assemble((row["name"], "bold"), f"  {row['title']}"))
         others = {key: value for key, value in row.items() if value and key not in ("name", "title")}
         text = " · ".join(f"{key.replace('_', ' ')} {value}" for key, value in others.items())
-        out.print(Padding(Text(text, "dim"), (0, 0, 0, 4)))
+        out.print(Padding(Text(text, "dim"), (0, 0, 0, 4), expand=False))
+
+
+def fits(out: Console, table: Table) -> bool:
+    """Whether it does without a line break, or a column that is left out."""
+    return Measurement.get(out, out.options.update(max_width=PLAIN_WIDTH), table).maximum <= out.width
 
 
 def _show(out: Console, headings: tuple[str, ...], rows: Sequence[tuple[Any, ...]]) -> None:
@@ -178,8 +186,7 @@ def _show(out: Console, headings: tuple[str, ...], rows: Sequence[tuple[Any, ...
         totals = {total_name(t): _total_cell(t) for t in _totals(result)}
         sums = (totals.get(name, "") for name in last)
         table.add_row(*names, _verdict(result), *(cells.get(k, "") for k in bounces), *sums)
-    needed = Measurement.get(out, out.options.update(max_width=_PLAIN_WIDTH), table).maximum
-    if needed <= out.width:
+    if fits(out, table):
         out.print(table)
         return
     cells_of = [_labelled_cells(result) for *_, result in rows]
@@ -187,7 +194,7 @@ def _show(out: Console, headings: tuple[str, ...], rows: Sequence[tuple[Any, ...
     for (*names, result), labelled in zip(rows, cells_of, strict=True):
         out.print(Text(f"{' × '.join(names)}: ").append(_verdict(result)))
         if labelled:
-            out.print(Padding(Columns(labelled, width=width, padding=(0, 1)), (0, 0, 0, 2)))
+            out.print(Padding(Columns(labelled, width=width, padding=(0, 1)), (0, 0, 0, 2), expand=False))
 
 
 def _totals(result: Comparison | RelationResult) -> list[TotalResult]:

@@ -102,7 +102,8 @@ def _sentence(suspect: Operator | None, possible: Sequence[Operator], ranked: Se
         among = " or ".join(_NAMES[o].split(":")[0] for o in possible[:3]) or "anything"
         return f"Can't tell; it may be {among}" + (f": {ranked[0].text}." if ranked else ".")
     reasons = "; ".join(clue.text for clue in ranked[:2] if clue.weights.get(suspect, 0) > 0)
-    return f"{_NAMES[suspect][0].upper()}{_NAMES[suspect][1:]}: {reasons}."
+    end = "" if reasons.endswith("?") else "."  # a hint may ask
+    return f"{_NAMES[suspect][0].upper()}{_NAMES[suspect][1:]}: {reasons}{end}"
 
 
 def _next_case(possible: Sequence[Operator], comparisons: Sequence[Comparison]) -> str:

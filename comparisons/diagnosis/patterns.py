@@ -45,6 +45,9 @@ _GONE = 0.02
 _ALIKE = 0.12
 """How far apart, of themselves, two deviations may be that are called the same."""
 
+_LEAST_ERROR = 1e-4
+"""Percent; a standard error below that is rounding, and not told."""
+
 
 @dataclass(frozen=True)
 class Pattern:
@@ -178,13 +181,18 @@ def _alike(values: Sequence[float]) -> bool:
 
 
 def _percent(b: BounceResult) -> str:
-    return (
-        f"{abs(b.bias):.3g} times too {'bright' if b.bias > 0 else 'dark'}"
-        if abs(b.bias) > 10
-        else (
-            f"{100 * abs(b.bias):.2g} ± {100 * b.standard_error:.1g} % too {'bright' if b.bias > 0 else 'dark'}"
-        )
-    )
+    """How far off it is, with its standard error where that says anything."""
+    way = f"too {'bright' if b.bias > 0 else 'dark'}"
+    if abs(b.bias) > 10:
+        return f"{abs(b.bias):.3g} times {way}"
+    error = 100 * b.standard_error
+    noise = f" ± {_digits(error, 1)}" if error >= _LEAST_ERROR else ""
+    return f"{_digits(100 * abs(b.bias), 2)}{noise} % {way}"
+
+
+def _digits(value: float, digits: int) -> str:
+    """So many of them that count, and zeros: ``210``, not 2.1e+02."""
+    return f"{float(f'{value:.{digits}g}'):,.10g}"
 
 
 def _list(bounces: Sequence[BounceResult]) -> str:

@@ -7,6 +7,7 @@ that say why they can't be seen.
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
@@ -61,6 +62,14 @@ class Row(Struct, frozen=True, kw_only=True):
     def tuned(self) -> bool:
         """Whether it is one of those that the diagnosis was tuned on."""
         return tuned_on(self.name)
+
+    @property
+    def size(self) -> str:
+        """Its bias, ``+41 %``; empty where there is none."""
+        if self.bias is None:
+            return ""
+        percent = 100 * self.bias
+        return f"{float(f'{percent:.2g}'):+,.0f} %" if abs(percent) >= 99.5 else f"{percent:+.2g} %"
 
     @property
     def right(self) -> bool:
@@ -118,14 +127,25 @@ class Summary(Struct, frozen=True, kw_only=True):
     def sentences(self) -> Iterator[str]:
         """The same for a reader."""
         if self.faults:
-            yield (
-                f"{self.caught} of {self.faults} faults were caught; {self.unseen} can't be seen, and say why. "
-                f"The diagnosis named {self.tuned[0]} of {self.tuned[1]} faults that it was tuned on, and "
-                f"{self.held_out[0]} of {self.held_out[1]} that were held out."
-            )
+            unseen = f"; {self.unseen} can't be seen, and say why" if self.unseen else ""
+            share = f"{self.caught} of {self.faults} faults were" if self.faults > 1 else "The only fault was"
+            yield f"{share}{' not' if self.faults == 1 > self.caught else ''} caught{unseen}.{self._named()}"
         if self.sound:
             yield f"{self.failed} of {self.sound} sound variants failed."
         yield f"{self.seconds:.0f} s in all."
+
+    def _named(self) -> str:
+        shares = [
+            f"{right} of {of} {which}"
+            for (right, of), which in (
+                (self.tuned, "that it was tuned on"),
+                (self.held_out, "that were held out"),
+            )
+            if of
+        ]
+        if not shares:
+            return ""
+        return f" The diagnosis named {', and '.join(shares).replace(' that', ' faults that', 1)}."
 
 
 class Matrix(Struct, frozen=True, kw_only=True):
@@ -154,7 +174,8 @@ def rows(names: Sequence[str], jobs: int, seed: int = 0, keep: Path | None = Non
         seed: of all comparisons.
         keep: a folder for what was seen, ``NAME.json``, from which a row can be concluded again.
     """
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as executor:
+    at_once = (signal.SIGINT, signal.SIG_DFL)  # on Ctrl-C, not when its row is done
+    with ProcessPoolExecutor(jobs, get_context("spawn"), signal.signal, at_once) as executor:
         try:
             for done in as_completed([executor.submit(row, name, seed, keep) for name in names]):
                 yield done.result()

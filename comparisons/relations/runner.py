@@ -297,7 +297,7 @@ class _Trying:
             sampler.seconds,
             verdict=overall(b.verdict for b in bounces),
             message=_undecided(bounces, self.budget),
-            notes=notes(bounces, sampler),
+            notes=notes(bounces, sampler, self.traits),
             bounces=bounces,
             looks=looks,
             spp=max(b.spp for b in bounces),

@@ -20,7 +20,6 @@ needs no independence; how noisy it is, replicates tell.
 from __future__ import annotations
 
 import re
-import subprocess
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -63,13 +62,19 @@ def supports(argument: str) -> dict[str, Sequence[str]]:
 
 
 def installed(argument: str, folder: Path) -> str | None:
-    """Its version, as its configuration in that folder says or asks; None where there is no such program."""
+    """Its version, as its configuration in that folder says or asks; None where there is no such program.
+
+    Of a program that is there and does not say its version, ``unknown`` and why.
+    """
     keys = msgspec.json.decode(argument, type=Command)
     try:
         program.executable(keys.command[0], folder)
-        return _version(keys, folder)
     except RendererFailed:
         return None
+    try:
+        return _version(keys, folder)
+    except RendererFailed as error:
+        return f"unknown: {error}"
 
 
 class CommandRenderer:
@@ -188,27 +193,17 @@ def _refuse_cancellation(bounces: Sequence[int], sums: dict[int, Array]) -> None
         if 0 < abs(term) < 2**-13 * whole:
             share = term / whole
             raise Unsupported(
-                f"bounce {k}, {share:.0e} of the sum: too little for a difference in single precision"
+                f"bounce {k}, {share:.0e} of the sum: too little for a difference in single precision; if the same "
+                "seed does not walk the same paths at every depth, leave out coupled = true"
             )
 
 
 def _version(keys: Command, folder: Path) -> str:
     if isinstance(keys.version, str):
         return keys.version or "unknown"
-    command = [program.executable(keys.version[0], folder), *keys.version[1:]]
     try:
-        found = subprocess.run(
-            command,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=_VERSION_TIMEOUT,
-            cwd=folder,
-            check=True,
-        )
-    except (OSError, ValueError, subprocess.SubprocessError) as error:
+        line = program.asked(keys.version, folder, _VERSION_TIMEOUT).partition("\n")[0].strip()
+    except RendererFailed as error:
         raise RendererFailed(f"its version can't be had: {error}") from None
-    line = (found.stdout + found.stderr).partition("\n")[0].strip()
     number = _NUMBER.search(line)
     return number[0] if number else line or "unknown"

@@ -18,6 +18,7 @@ class Entry(msgspec.Struct, frozen=True):
         package: the distribution that it needs besides this one's own; empty where it comes from no distribution.
         deterministic: whether it has no noise, so that every seed gives the same image.
         one_walk: whether a bounce brings all earlier ones along for nothing.
+        differences: whether its bounces from 1 on are differences of independent images, whose noise has both signs.
         last_bounce: beyond which it has none; None for no limit.
         spp_unit: its samples per pixel come in multiples of this.
         seeded: whether it takes a seed; what does not may still have noise.
@@ -35,6 +36,7 @@ class Entry(msgspec.Struct, frozen=True):
     package: str = "lightproof"
     deterministic: bool = False
     one_walk: bool = False
+    differences: bool = False
     last_bounce: int | None = None
     spp_unit: int = 1
     seeded: bool = True

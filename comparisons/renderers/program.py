@@ -24,7 +24,7 @@ _LINGER = 1.0
 """Seconds to wait for what is still to be read when a program has ended."""
 
 _SHOWN = 300
-"""Characters of a command in a message."""
+"""Characters of a command, or of what it said, in a message."""
 
 
 def executable(name: str, folder: Path) -> str:
@@ -49,6 +49,35 @@ def executable(name: str, folder: Path) -> str:
     if not os.access(path, os.X_OK):
         raise RendererFailed(f"{path} can't be run: it is not executable; try chmod +x")
     return str(path)
+
+
+def asked(command: Sequence[str], folder: Path, timeout: float) -> str:
+    """What a command prints that is asked for a line of text, such as its version.
+
+    Args:
+        command, folder, timeout: as of ``run``.
+
+    Raises:
+        RendererFailed: it can't be started, took longer, or ended with another status than 0.
+    """
+    try:
+        found = subprocess.run(
+            [executable(command[0], folder), *command[1:]],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=timeout,
+            cwd=folder,
+        )
+    except subprocess.TimeoutExpired:
+        raise RendererFailed(f"{_shown(command)}: no answer within {timeout:g} s") from None
+    except (OSError, ValueError) as error:
+        raise RendererFailed(f"{_shown(command)}: can't be started: {error}") from None
+    said = found.stdout + found.stderr
+    if found.returncode:
+        raise RendererFailed(f"{_shown(command)}: {_how(found.returncode)}{_heard(_last_line(said))}")
+    return said
 
 
 def run(command: Sequence[str], folder: Path, environment: Mapping[str, str], timeout: float) -> None:
@@ -101,12 +130,7 @@ def run(command: Sequence[str], folder: Path, environment: Mapping[str, str], ti
     if status > 0 and last.startswith(UNSUPPORTED):
         raise Unsupported(last.removeprefix(UNSUPPORTED).strip())
     if status:
-        how = (
-            f"was killed by signal {-status} ({_signal(-status)})"
-            if status < 0
-            else f"ended with status {status}"
-        )
-        raise RendererFailed(f"{_shown(command)}: {how}")
+        raise RendererFailed(f"{_shown(command)}: {_how(status)}{_heard(last)}")
 
 
 class _Said:
@@ -127,8 +151,21 @@ class _Said:
     def last_line(self) -> str:
         """That is not empty."""
         self._thread.join(_LINGER)  # a child that has left the process group may still hold the pipe
-        lines = self._end.decode(errors="replace").split("\n")
-        return next((line.strip() for line in reversed(lines) if line.strip()), "")
+        return _last_line(self._end.decode(errors="replace"))
+
+
+def _last_line(text: str) -> str:
+    return next((line.strip() for line in reversed(text.split("\n")) if line.strip()), "")
+
+
+def _how(status: int) -> str:
+    if status < 0:
+        return f"was killed by signal {-status} ({_signal(-status)})"
+    return f"ended with status {status}"
+
+
+def _heard(last: str) -> str:
+    return f"; the last it said was: {_cut(last)}" if last else ""
 
 
 def _is_no_program(error: Exception) -> bool:
@@ -148,5 +185,8 @@ def _signal(number: int) -> str:
 
 
 def _shown(command: Sequence[str]) -> str:
-    text = " ".join([Path(command[0]).name, *command[1:]])
+    return _cut(" ".join([Path(command[0]).name, *command[1:]]))
+
+
+def _cut(text: str) -> str:
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]} …"

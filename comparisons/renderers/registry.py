@@ -197,6 +197,10 @@ def _found(name: str) -> Entry:
         if candidate is not None:
             return candidate
     module = name.partition(":")[0]
+    if _is_file(module):
+        file, own = Path(module), f"{Path(module).stem}:{name.partition(':')[2] or 'attribute'}"
+        why = f"an object goes by its module, {own}, in the folder of {file.name}"
+        raise UnknownNameError("renderer", name, (), why)
     if _OBJECT.fullmatch(name) and module not in {known.partition(":")[0] for known in RENDERERS}:
         raise UnknownNameError("renderer", name, (), f"there is no module {module} here, nor installed")
     raise UnknownNameError("renderer", name, [*SHORT_NAMES, *listed()])
@@ -210,10 +214,15 @@ def _candidates(name: str) -> Iterator[Entry | None]:
     yield _own().get(name)
     if point := announced().get(name):
         yield _of_point(point)
-    if _OBJECT.fullmatch(name) and is_module(name.partition(":")[0], Path.cwd()):
+    module = name.partition(":")[0]
+    if _OBJECT.fullmatch(name) and not _is_file(module) and is_module(module, Path.cwd()):
         yield Entry(
             "an object of one's own", "python_object", "from_folder", name, "", folder=str(Path.cwd())
         )
+
+
+def _is_file(module: str) -> bool:
+    return module.endswith(".py") and Path(module).is_file()
 
 
 def _own() -> Mapping[str, Entry]:

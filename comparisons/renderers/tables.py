@@ -92,6 +92,7 @@ def _command(table: dict[str, Any], place: Place) -> Entry:
         "CommandRenderer",
         msgspec.json.encode(said).decode(),
         one_walk=said.images == "layers",
+        differences=said.images == "cumulative" and not said.coupled,
         package="",
         seeded=said.seed,
         install=f"make or install {said.command[0]}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 from comparisons import campaign, known
 from comparisons.comparison import _as_far_as_it_goes
 from comparisons.results import Comparison
+from comparisons.sequential import MIN_REPLICATES
 from comparisons.settings import Settings
 from scenes import UnknownNameError, library
 from scenes.formats import exr
@@ -107,6 +109,7 @@ def test_a_renderer_that_hangs_is_stopped_and_the_others_go_on(
     )
     assert (first.verdict, second.verdict) == ("error", "pass")
     assert "no answer within 3 s" in first.message
+    assert first.seconds >= 3.0  # of the question that it was stopped at
 
 
 @pytest.mark.parametrize("budget", [0.001, 0.2])
@@ -117,6 +120,11 @@ def test_a_budget_too_small_is_inconclusive_and_says_what_it_could_have_seen(
     assert comparison.verdict == "inconclusive"
     assert comparison.replicates >= 2
     assert "could have been detected" in comparison.message
+    if comparison.replicates < MIN_REPLICATES:
+        needed = comparison.looks[-1].seconds * MIN_REPLICATES / comparison.replicates
+        told = re.search(r"a verdict needs 32: try --budget ([0-9.]+);", comparison.message)
+        assert told
+        assert max(needed, 1) <= float(told[1]) <= max(3 * needed, 1)
     assert all(np.isfinite(b.detectable_bias) and b.detectable_bias > 0 for b in comparison.bounces)
 
 

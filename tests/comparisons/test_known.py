@@ -49,6 +49,11 @@ def test_entries_apply_to_their_case_renderer_and_versions(tmp_path: Path) -> No
     assert [found.speaks_of(k) for k in range(4)] == [False, True, True, False]
     assert found.biases(2, "RG") == {"R": 0.02, "G": 0.02}
     assert not known.declared(entries, "furnace-box", "mitsuba:scalar_rgb", "3.10.0")
+    for version in ("3.10.0", "unknown"):
+        [said] = known.of_other_versions(entries, "furnace-box", "mitsuba:scalar_rgb", version)
+        assert said.endswith(f"declared of versions >=3.9,<3.10 does not apply: this one's is {version}")
+    assert not known.of_other_versions(entries, "furnace-box", "mitsuba:scalar_rgb", "3.9.1")
+    assert not known.of_other_versions(entries, "furnace-box", "reference:mis", "3.10.0")
     assert not known.declared(entries, "furnace-sphere", "mitsuba:scalar_rgb", "3.9.1")
     assert not known.declared(entries, "furnace-box", "reference:mis", "3.9.1")
 
@@ -119,6 +124,11 @@ def test_channels_can_deviate_differently(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
+        (("bounces = [1, 2]\nbias = [0.01, 0.02]\n", ""), "expected bounces and bias, or total"),
+        (('link = "l"', 'link = "l"\ntotal = 0.01'), "total stands by itself: expected no bounces"),
+        (("bounces = [1, 2]\nbias = [0.01, 0.02]", "total = 0.001"), "total = 0.001, within = 0.001"),
+        (("bounces = [1, 2]\nbias = [0.01, 0.02]", "total = 0.1\nonwards = true"), "total stands by itself"),
+        (("bounces = [1, 2]\nbias = [0.01, 0.02]", "total = [0.1]"), "one for each of the channels"),
         (("[0.01, 0.02]", "[0.01]"), "bias has 1 numbers, bounces has 2"),
         ((">=3.9,<3.10", "three"), "versions = 'three'"),
         (('reason = "r"\n', ""), "missing required field `reason`"),
@@ -201,6 +211,16 @@ def test_of_one_channel_and_of_later_bounces() -> None:
     found = of_sum([1], [[0.03]], [[1, 1], [1, 1], [2, 2]], channels=["G"], onwards=True)
     assert found is not None
     assert found.biases(2, ["R", "G"]) == {"G": pytest.approx(0.75 * 0.03)}
+
+
+def test_what_is_declared_of_the_sum_itself_counts_before_what_bounces_explain(tmp_path: Path) -> None:
+    file = tmp_path / "known.toml"
+    of_total = ENTRY.replace("bounces = [1, 2]\nbias = [0.01, 0.02]", 'total = [-0.05]\nchannels = ["G"]')
+    file.write_text(of_total + ENTRY)
+    entries = known.load(file)
+    assert not any(entries[0].speaks_of(k) for k in range(9))
+    found = known.declared_of_sum(entries, np.ones((3, 2)), ["R", "G"], Tolerance((0.005,), (0.02,)))
+    assert found == known.DeclaredSum({"G": -0.05}, 0.001, 0.01, "r", "l")
 
 
 def test_without_a_declared_bounce_nothing_is_declared_of_the_sum() -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -333,6 +334,27 @@ def test_what_is_declared_of_bounces_explains_the_total(
     assert total.result is not None
     assert total.result.known is not None
     assert "What is declared of bounces 1, 2, 3, 4, 5, 6 … explains it" in total.result.known.reason
+
+
+@pytest.mark.parametrize(
+    ("bias", "verdict", "state"),
+    [(-0.05, "known", "confirmed"), (-0.09, "fail", "changed"), (0.0, "pass", "vanished")],
+)
+def test_of_the_total_alone_a_deviation_can_be_declared(
+    against: Callable[..., Comparison], monkeypatch: pytest.MonkeyPatch, bias: float, verdict: str, state: str
+) -> None:
+    """Every bounce is right, and their sum, as users have it, is not: Russian roulette, say."""
+    case = small("furnace-cornell")
+    entry = msgspec.structs.replace(declared([1], [-0.05]), bounces=[], bias=[], onwards=False, total=-0.05)
+    monkeypatch.setattr("comparisons.comparison.declared", lambda *_: [entry])
+    found = against(case, Oracle(case, of_total=lambda image: (1 + bias) * image))
+    [total] = found.totals
+    assert [b.verdict for b in found.bounces] == ["pass"] * 6
+    assert found.verdict == total.verdict == verdict
+    assert total.result is not None
+    assert total.result.known is not None
+    assert (total.result.known.declared_bias, total.result.known.state) == (-0.05, state)
+    assert any("The total: the declared deviation has vanished" in note for note in found.notes) == (not bias)
 
 
 # ---- a renderer that makes nothing but totals

@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,8 +23,12 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from comparisons.diagnosis import inquiry
+from comparisons.faults import matrix
+from comparisons.faults.matrix import Row, Summary
 from comparisons.relations import RELATIONS
 from comparisons.relations.relation import Exact, Told
+from comparisons.results import Diagnosis
+from lightproof import faults
 from lightproof.cli import app, main
 from lightproof.terminal import show_rows, show_verdicts
 from scenes import library
@@ -67,6 +72,7 @@ def flat(text: str) -> str:
             "no relation is called 'superstition': did you mean superposition",
         ),
         (["validate", "--relations", "--scene", "no/such.json"], "no/such.json: No such file"),
+        (["faults", "cosine-mising"], "no fault is called 'cosine-mising': did you mean cosine-missing"),
     ],
 )
 def test_wrong_usage_is_explained_and_ends_with_2(arguments: list[str], complaint: str) -> None:
@@ -75,15 +81,16 @@ def test_wrong_usage_is_explained_and_ends_with_2(arguments: list[str], complain
     assert complaint in flat(result.output)
 
 
-def test_out_must_be_a_folder(tmp_path: Path) -> None:
+@pytest.mark.parametrize("arguments", [["validate", "furnace-box"], ["faults", "cosine-missing"]])
+def test_out_must_be_a_folder(tmp_path: Path, arguments: list[str]) -> None:
     file = tmp_path / "file"
     file.touch()
-    result = invoke("validate", "furnace-box", "--out", file)
+    result = invoke(*arguments, "--out", file)
     assert result.exit_code == 2
     assert "expected a folder that can be written" in flat(result.output)
 
 
-@pytest.mark.parametrize("command", ["validate", "render", "answer", "export", "list", "report"])
+@pytest.mark.parametrize("command", ["validate", "faults", "render", "answer", "export", "list", "report"])
 def test_help_teaches(command: str) -> None:
     result = invoke(command, "--help")
     assert result.exit_code == 0
@@ -283,6 +290,49 @@ def test_too_little_memory_is_no_bug(
     assert "out of memory: Unable to allocate 1 TiB; a smaller --size" in capsys.readouterr().err
 
 
+def planted(**what: Any) -> Row:
+    return Row(**{"name": "a-fault", "what": "it is wrong", "operator": "R", "seconds": 1, "cases": 1} | what)
+
+
+def test_faults_are_told_in_any_terminal() -> None:
+    """In a table or, where that has no room, in lines; and why what was named, or not caught, is as it is."""
+    named = Diagnosis(
+        renderer="a-fault",
+        suspect="R",
+        sentence="R, reflection: it is.",
+        evidence=[],
+        also_possible=[],
+        next_case="",
+    )
+    caught = planted(caught_by="furnace-box", bounce=2, bias=2.13, diagnosis=named)
+    found = [caught, planted(name="hidden", unseen="it is too small"), planted(name="fine", operator=None)]
+    for width in (60, 100):
+        for in_detail in (False, True):
+            out = Console(width=width, file=io.StringIO())
+            faults.show(out, found, Summary.of(found, 3.0), in_detail)
+            text = flat(out.file.getvalue())
+            line = "caught by furnace-box · bounce 2, +210 %" if width == 60 else "furnace-box 2 +210 % 1.0 R"
+            assert line in text
+            assert "hidden: it is wrong. Not caught: it is too small" in text
+            assert ("a-fault: it is wrong. Diagnosis: R, reflection: it is." in text) == in_detail
+            assert (
+                "1 of 2 faults were caught; 1 can't be seen, and say why. The diagnosis named 1 of 1" in text
+            )
+
+
+def test_faults_that_are_interrupted_say_how_far_they_came(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def rows(*_: Any) -> Iterator[Row]:
+        yield planted()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(matrix, "rows", rows)
+    result = invoke("faults", "cosine-missing", "cosine-squared", "--out", tmp_path / "out")
+    assert result.exit_code == 130
+    assert "interrupted; 1 of 2 were done; what was seen of them is in" in flat(result.output)
+
+
 def test_a_new_run_leaves_nothing_of_the_old_one(tmp_path: Path) -> None:
     validate(tmp_path, "furnace-sphere", "--renderer", "reference", *QUICK)
     validate(tmp_path, "furnace-box", "--renderer", "reference", *QUICK)
@@ -302,6 +352,11 @@ def test_a_narrow_terminal_gets_a_list() -> None:
     assert "furnace-box × mitsuba: pass\n" in narrow.file.getvalue()
     assert re.search(r"  E \+0.10±0.20 +TE \+0.10±0.20 +T²E \+0.10±0.20 *\n", narrow.file.getvalue())
     assert "furnace-box   mitsuba    pass" in wide.file.getvalue()
+
+
+def test_in_a_pipe_no_line_is_longer_than_what_it_says() -> None:
+    for what in ("renderers", "relations"):
+        assert max(map(len, invoke("list", what).output.splitlines())) < 1000
 
 
 def test_where_nothing_was_compared_there_is_no_bounce_to_show() -> None:

@@ -19,6 +19,8 @@ def test_each_step_off_by_a_factor_is_reflection(made: Make) -> None:
     found = diagnose([made(TRUTH, off(*(1.02**k for k in range(6))))])
     assert found.suspect == "R"
     assert found.sentence.startswith("R, reflection: a BSDF: bounce 1 is 2 ± 0.01 % too bright")
+    far_off = diagnose([made(TRUTH, off(*(3.1**k for k in range(6))))])
+    assert "bounce 1 is 210 ± 0.01 % too bright" in far_off.sentence
 
 
 def test_a_single_bounce_is_the_series(made: Make) -> None:

@@ -63,6 +63,14 @@ def test_a_missed_fault_and_a_failed_variant_break_the_promise() -> None:
     assert not Summary.of([*good, made("e", None, "case")], 3.0).kept
 
 
+@pytest.mark.parametrize(
+    ("bias", "size"),
+    [(-1.0, "-100 %"), (307.0, "+31,000 %"), (-0.996, "-100 %"), (0.0213, "+2.1 %"), (None, "")],
+)
+def test_a_bias_is_told_in_digits(bias: float | None, size: str) -> None:
+    assert msgspec.structs.replace(made("a", "E", "case"), bias=bias).size == size
+
+
 def test_the_catalogue_is_as_large_as_promised() -> None:
     assert len(FAULTS) >= 60
     assert {fault.operator for fault in FAULTS.values()} == {

@@ -256,7 +256,7 @@ def test_a_deviation_can_be_declared(
     """± 4 % around the 15 % that are declared; the difference has a standard error of 0.6 %."""
     monkeypatch.setattr(Sampler, "exhausted", property(lambda s: bool(s.regions) and s.replicates >= 2048))
     relation, scene, crew = made_up(deviation, "normal")
-    entry = Deviation("dot", "reference", "", [0], [0.15], 0.04, 0.04, "why", "where", relation=of)
+    entry = Deviation("dot", "reference", "", 0.04, 0.04, "why", "where", [0], [0.15], relation=of)
     task = Task(relation, Subject("dot", scene), tolerance=Tolerance((TOLERANCE,), (TOLERANCE,)), walks=1)
     [result] = run([task], ["reference"], Settings(alpha=0.01, known=(entry,)), _Silent(), crew)
     assert result.verdict == verdict

@@ -54,6 +54,9 @@ def test_what_is_said_is_kept(tmp_path: Path) -> None:
     assert (entry.title, entry.install, entry.memory) == ("My own", "make", 1_500_000_000)
     assert (entry.one_walk, entry.deterministic, entry.seeded) == (True, True, True)
     assert entry.folder == str(tmp_path)
+    independent, coupled = (table(coupled=said) for said in ("false", "true"))
+    for said, differences in ((text, False), (independent, True), (coupled, False)):
+        assert load(written(tmp_path, said)).renderers["mine"].differences == differences
     assert (entry.module, entry.adapter) == ("command", "CommandRenderer")
 
 

@@ -32,7 +32,7 @@ def scene() -> Scene:
 PROGRAMS = {
     "crash": "was killed by signal 11 (SIGSEGV)",
     "abort": "was killed by signal 6 (SIGABRT)",
-    "leave": "ended with status 3",
+    "leave": "ended with status 3; the last it said was: no more memory for textures",
     "forget": "wrote no image: expected it at {output}",
     "garbage": "expected an EXR file; it can't be read",
     "truncate": "its pixels can't be read; the file is incomplete",

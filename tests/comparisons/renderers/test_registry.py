@@ -176,6 +176,8 @@ def test_a_module_that_is_not_there_is_a_wrong_name(own: Path) -> None:
     """And so is a wrong variant of a renderer of ours."""
     with pytest.raises(UnknownNameError, match="'owm:Constant': there is no module owm here, nor installed"):
         canonical("owm:Constant")
+    with pytest.raises(UnknownNameError, match=r"goes by its module, own:Constant, in the folder of own\.py"):
+        canonical("./own.py:Constant")
     (own / "mitsuba.py").write_text("raise SystemExit")
     with pytest.raises(UnknownNameError, match="no renderer is called 'mitsuba:scalar_rg'"):
         canonical("mitsuba:scalar_rg")
@@ -278,6 +280,12 @@ def test_what_a_renderer_supports(configured: Any, tmp_path: Path, monkeypatch: 
     (tmp_path / "below").mkdir()
     monkeypatch.chdir(tmp_path / "below")
     assert registry.installed(resolve("mine")) == "1.2"
+    (tmp_path / "mine").write_text(
+        "#!/bin/sh\necho no option $1 >&2\nexit 2"
+    )  # it is there, and may well render
+    assert registry.installed(resolve("mine")) == (
+        "unknown: its version can't be had: mine -V: ended with status 2; the last it said was: no option -V"
+    )
     reference = registry.supports(resolve("reference"))
     assert "bounces" in reference["images"]
     assert ("total" in reference["images"]) == hasattr(ReferenceRenderer, "total")
