@@ -157,7 +157,9 @@ def histogram(sample: BSDFSample, name: str, cosine: float) -> tuple[np.ndarray,
 
 
 @pytest.mark.parametrize(("name", "cosine"), SEEN)
-def test_sampling_follows_the_density_and_finds_the_energy(name: str, cosine: float, follows: Follows) -> None:
+def test_sampling_follows_the_density_and_finds_the_energy(
+    name: str, cosine: float, follows: Follows
+) -> None:
     sample = sampled(name, cosine)
     counts, refused = histogram(sample, name, cosine)
     expected = probabilities(BSDFS[name].pdf, name, cosine)
