@@ -124,7 +124,7 @@ def expect_agreement(pairs: list[tuple[np.ndarray, np.ndarray]]) -> None:
     """That chance explains all differences of means: the largest of any component, and the totals by chi-square."""
     found = [disagreement(a, b) for a, b in pairs]
     count = sum(components for _, components in found)
-    assert count >= 2 * COUNT, f"no power: {count} components are seen often enough"
+    assert count >= 2 * min(COUNT, len(pairs)), f"no power: {count} components are seen often enough"
     allowed = stats.t.isf(CHANCE / count / 2, REPLICATES - 1)
     worst = int(np.argmax([t for t, _ in found]))
     if found[worst][0] > allowed:
@@ -155,9 +155,9 @@ Render = Callable[[int, Strategy, int], np.ndarray]
 
 
 def by_strategy(
-    one: Strategy, other: Strategy, found: Render = straight
+    one: Strategy, other: Strategy, count: int = COUNT, found: Render = straight
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    return [(found(i, one, 2 * i), found(i, other, 2 * i + 1)) for i in range(COUNT)]
+    return [(found(i, one, 2 * i), found(i, other, 2 * i + 1)) for i in range(count)]
 
 
 @pytest.mark.parametrize("one", ["bsdf", "nee"])
@@ -222,7 +222,7 @@ def test_densities_of_reflection() -> None:
     assert kinds == {"Lambertian", "RoughConductor", "RoughDielectric", "Blend"}
 
 
-# ---- planted faults: the check above finds each
+# ---- planted faults: the check above finds each, in half of the scenes already
 
 
 def pdf_scaled(factor: float, owner: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,7 +255,7 @@ def test_planted_faults_are_found(fault: str, monkeypatch: pytest.MonkeyPatch) -
     plant, factor, owner, one = FAULTS[fault]
     plant(factor, owner, monkeypatch)
     with pytest.raises(OffError):
-        expect_agreement(by_strategy(one, "mis", straight.__wrapped__))
+        expect_agreement(by_strategy(one, "mis", COUNT // 2, straight.__wrapped__))
 
 
 # ---- the same scene told in another way

@@ -28,12 +28,16 @@ SPP = {
 
 SPP |= dict.fromkeys(
     (
-        *("point-over-plane", "spot-falloff", "spot-beam", "directional-on-sphere", "printed-board"),
-        *("cie-171-point", "cie-171-flux"),
+        "point-over-plane",
+        "spot-falloff",
+        "spot-beam",
+        "directional-on-sphere",
+        "cie-171-point",
+        "cie-171-flux",
     ),
     64,
 )
-"""One direction to the light, and only the place in the pixel is left to chance: half of the resolution at most."""
+"""Only the place in the pixel is left to chance: a quarter of the resolution at most."""
 
 RESOLUTION = 0.008
 """Relative error that all of them resolve (see ``expect_means``), but for the sky in an opening."""

@@ -59,7 +59,7 @@ def test_furnaces(name: str, expect_means: Callable[..., None]) -> None:
 @pytest.mark.parametrize("strategy", ["nee", "mis"])
 @pytest.mark.parametrize("name", SCALED)
 def test_size_does_not_matter(name: str, strategy: Strategy) -> None:
-    """Each walk is that of furnace-channels, whose means are held against the answer above: 10⁻⁹ of any pixel shows."""
+    """Each walk is that of furnace-channels, whose means are held against the answer above: 1e-9 shows."""
     large, small = (
         render(case(of).scene.resized(SIZE, SIZE), 5, 256, 0, strategy, "sobol")
         for of in (name, "furnace-channels")
