@@ -65,14 +65,13 @@ def polygon_irradiance(corners: Array, x: Array, normal: Array) -> Array:
     above = clipped(corners, x[:, :1], np.broadcast_to(normal[:, None], x.shape))
     if not len(above):
         return np.zeros(x.shape[1])
-    a = above - x
-    b = np.roll(a, -1, axis=0)
-    across = np.cross(a, b, axis=1)
-    sine, cosine = np.linalg.norm(across, axis=1), (a * b).sum(axis=1)
-    angle = np.arctan2(sine, cosine)
-    # Θ / |a × b| tends to 1 / |a||b| where the edge shrinks to nothing
-    ratio = np.where(sine > 0, angle / np.where(sine > 0, sine, 1), 0)
-    v = -0.5 * (ratio[:, None] * across).sum(axis=0)
+    v = np.zeros(x.shape)
+    for a, b in zip(above - x, np.roll(above, -1, axis=0) - x, strict=True):
+        across = np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+        sine, cosine = np.sqrt((across**2).sum(axis=0)), (a * b).sum(axis=0)
+        # Θ / |a × b| tends to 1 / |a||b| where the edge shrinks to nothing
+        ratio = np.divide(np.arctan2(sine, cosine), sine, out=np.zeros_like(sine), where=sine > 0)
+        v -= 0.5 * ratio * across
     irradiance: Array = np.maximum(normal @ v, 0)  # negative where the point sees the back, which is black
     return irradiance
 

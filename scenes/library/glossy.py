@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes import fresnel, microfacets
 from scenes.case import Case, Formula, Images, Tolerance
-from scenes.interpolation import interpolated
+from scenes.interpolation import interpolant, interpolated
 from scenes.library.specular import averages, cosines, sky
 from scenes.lights import AreaLight, ConstantEnvironment, DirectionalLight
 from scenes.materials import Blend, Conductor, Lambertian, Material, RoughConductor, RoughDielectric
@@ -289,6 +290,9 @@ def _under_lamp(scene: Scene, bounces: int) -> Images:
     e, n = np.array(lamp.emission.diffuse_radiance)[:, None], floor.normal
     assert isinstance(scene.sensor, Pinhole)
     eye, frame = np.array(scene.sensor.origin), scene.sensor.frame
+    size = np.array([[0, scene.sensor.width], [0, scene.sensor.height], [1, 1]])
+    right, up, forward = frame.T @ (scene.sensor.pixel_to_direction @ size)
+    ends = np.stack([right, up]) / forward  # two corners of the image, in the coordinates of ``at``
 
     def reflected(x: Array, wo: Array) -> Array:
         """From one point of the floor, ``(channels,)``."""
@@ -298,19 +302,22 @@ def _under_lamp(scene: Scene, bounces: int) -> Images:
         radiance: Array = _f(material, _local(floor, wi), _local(floor, wo[:, None])) @ (geometry * areas)
         return radiance
 
+    def at(image: Array) -> Array:
+        rays = frame @ np.stack([*image, np.ones_like(image[0])])
+        wo = -rays / np.linalg.norm(rays, axis=0)
+        points = eye[:, None] - wo * (n @ (np.array(floor.corner) - eye) / -(n @ wo))
+        return np.stack([reflected(*pair) for pair in zip(points.T, wo.T, strict=True)], axis=1)
+
+    @cache
+    def TE() -> Callable[[Array], Array]:  # of the whole image: quadrature comes back for more points of it
+        return interpolant(at, ends.min(axis=1), ends.max(axis=1))
+
     def series(k: int, o: Array, d: Array) -> Array:
         if k != 1:
             return np.zeros((scene.channels, d.shape[1]))
         cosines(floor, o, d)  # every ray meets the floor
         right, up, forward = frame.T @ d
-
-        def at(image: Array) -> Array:
-            rays = frame @ np.stack([*image, np.ones_like(image[0])])
-            wo = -rays / np.linalg.norm(rays, axis=0)
-            points = eye[:, None] - wo * (n @ (np.array(floor.corner) - eye) / -(n @ wo))
-            return np.stack([reflected(*pair) for pair in zip(points.T, wo.T, strict=True)], axis=1)
-
-        radiance: Array = e * interpolated(at, np.stack([right, up]) / forward)
+        radiance: Array = e * TE()(np.stack([right, up]) / forward)
         return radiance
 
     return averages(scene, bounces, series)

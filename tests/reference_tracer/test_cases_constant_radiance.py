@@ -21,12 +21,12 @@ SPP_AND_RESOLUTION: list[tuple[str, Strategy, int, float]] = [
     ("mirror", "bsdf", 64, 5e-4),
     ("mirror", "nee", 64, 5e-4),
     ("mirror", "mis", 64, 5e-4),
-    ("rough", "bsdf", 512, 0.02),
+    ("rough", "bsdf", 256, 0.02),
     ("rough", "nee", 512, 0.06),
     ("rough", "mis", 512, 0.02),
     ("blend", "bsdf", 512, 0.04),
-    ("blend", "nee", 512, 0.04),
-    ("blend", "mis", 512, 0.04),
+    ("blend", "nee", 256, 0.04),
+    ("blend", "mis", 256, 0.04),
 ]
 
 

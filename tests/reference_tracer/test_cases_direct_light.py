@@ -16,12 +16,28 @@ SIZE, REPLICATES = 8, 16
 
 SPP = {
     "wall-by-reflection": 6144,
-    "wall-behind-a-shelf": 6144,
+    "wall-behind-a-shelf": 3072,
     "hundred-tiles": 512,
     "cie-171-opening": 4096,
-    "lamp-turned-away": 4096,  # half of them choose the lamp that gives nothing
+    "lamp-turned-away": 2048,  # half of them choose the lamp that gives nothing
+    "perpendicular-rectangles": 512,
+    **dict.fromkeys(("parallel-rectangles", "cie-171-panel", "four-points", "bright-texel"), 256),
+    **dict.fromkeys(("disk-shadow", "harmonics-on-sphere"), 128),
 }
 """Samples per pixel, where they are not 1024."""
+
+SPP |= dict.fromkeys(
+    (
+        "point-over-plane",
+        "spot-falloff",
+        "spot-beam",
+        "directional-on-sphere",
+        "cie-171-point",
+        "cie-171-flux",
+    ),
+    64,
+)
+"""Only the place in the pixel is left to chance: a quarter of the resolution at most."""
 
 RESOLUTION = 0.008
 """Relative error that all of them resolve (see ``expect_means``), but for the sky in an opening."""

@@ -303,7 +303,7 @@ def test_reflection_is_reciprocal(material: Material) -> None:
     """⟨X, R Y⟩ = ⟨R X, Y⟩ at every point, with the inner product ∫ · · cos θ dω and the directions of X turned."""
     floor = Surface("floor", Quad((-1.0, -1.0, 0.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0)), material)
     scene = Scene((floor,), case("cornell-box").scene.sensor, (ConstantEnvironment((1.0,) * 3),))
-    R, order = reflection_by_quadrature(scene, 24), 24
+    R, order = reflection_by_quadrature(scene, 16), 16
     z, w = np.polynomial.legendre.leggauss(order)
     cosines, phi = np.meshgrid((z + 1) / 2, np.pi * (np.arange(2 * order) + 0.25) / order, indexing="ij")
     sine = np.sqrt(1 - cosines**2)
@@ -316,7 +316,7 @@ def test_reflection_is_reciprocal(material: Material) -> None:
         for a in ((0.5, 0.2, 0.1), (-0.3, 0.6, 0.3))
     )
     left, right = (f(up, d) * R(g)(up, d)) @ weight, (R(f)(up, d) * g(up, d)) @ weight
-    np.testing.assert_allclose(left, right, rtol=2e-4)
+    np.testing.assert_allclose(left, right, rtol=2e-4)  # 4e-5: of the quadrature
     assert not np.allclose((f(up, d) * g(up, d)) @ weight, left, rtol=0.02)
 
 

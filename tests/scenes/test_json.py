@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any, get_args
 
@@ -115,6 +116,12 @@ shapes = {
 }
 
 
+@cache
+def shapes_of_all_types(with_uv: bool) -> st.SearchStrategy[Any]:
+    return st.one_of(*shapes.values(), meshes(with_uv))
+
+
+@cache  # hypothesis reads the type hints of a class anew for every strategy that builds it
 def pixels(channels: int, high: float) -> st.SearchStrategy[Image]:
     rows = st.tuples(st.integers(1, 3), st.integers(1, 3)).flatmap(
         lambda shape: st.lists(
@@ -126,10 +133,12 @@ def pixels(channels: int, high: float) -> st.SearchStrategy[Image]:
     return st.builds(Image, rows)
 
 
+@cache
 def numbers_in(channels: int, high: float, low: float = 0.0) -> st.SearchStrategy[Any]:
     return st.tuples(*[st.floats(low, high)] * channels)
 
 
+@cache
 def materials(channels: int) -> st.SearchStrategy[Any]:
     values, positive = numbers_in(channels, 1.0), numbers_in(channels, 10.0, 0.1)
     exterior, rough = 0.99, st.floats(0.001, 1)
@@ -151,6 +160,7 @@ def materials(channels: int) -> st.SearchStrategy[Any]:
 TURNED = [tuple(map(tuple, Affine.rotation(axis, 77).matrix.T.tolist())) for axis in ((1, 2, 3), (0, 0, 1))]
 
 
+@cache
 def lights(channels: int) -> st.SearchStrategy[Any]:
     values, frames = numbers_in(channels, 1e4, 0.01), st.sampled_from(TURNED)
     harmonics = numbers_in(channels, 5.0, 1.0).flatmap(
@@ -192,16 +202,20 @@ SENSORS: tuple[st.SearchStrategy[Any], ...] = (
 sensors = st.one_of(*SENSORS)
 
 
+@cache
+def profiles(channels: int) -> st.SearchStrategy[Any]:
+    return st.none() | st.lists(numbers_in(channels, 4.0, 0.01), min_size=2, max_size=4)
+
+
 @st.composite
 def surfaces(draw: st.DrawFn, name: str, channels: int, emits: bool) -> Surface:
     material = draw(materials(channels))
-    shape = draw(st.one_of(*shapes.values(), meshes(is_textured(material))))
+    shape = draw(shapes_of_all_types(is_textured(material)))
     two_sided = not has_dielectric(material) and draw(st.booleans())
     if not emits:
         return Surface(name, shape, material, None, two_sided)
     zone = draw(zones) if isinstance(shape, Sphere) and draw(st.booleans()) else None
-    rows = st.lists(numbers_in(channels, 4.0, 0.01), min_size=2, max_size=4)
-    light = AreaLight(draw(numbers_in(channels, 1e4, 0.01)), zone, draw(st.none() | rows))
+    light = AreaLight(draw(numbers_in(channels, 1e4, 0.01)), zone, draw(profiles(channels)))
     return Surface(name, shape, material, light, two_sided)
 
 

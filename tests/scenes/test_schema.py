@@ -13,11 +13,12 @@ from scenes import Scene, SceneError, library
 from scenes.schema import SCHEMA_FILE, schema
 
 SCHEMA = json.loads(SCHEMA_FILE.read_bytes())
+VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)  # that the schema is one, is asked once, below
 BOX = json.loads(library.case("cornell-box").scene.to_json())
 
 
 def validate(document: Any) -> None:
-    jsonschema.validate(document, SCHEMA, cls=jsonschema.Draft202012Validator)
+    VALIDATOR.validate(document)
 
 
 def test_the_published_schema_is_up_to_date() -> None:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from reference_tracer.bsdfs.bsdf import BSDF
+from reference_tracer.bsdfs.bsdf import BSDF, BSDFSample
 from reference_tracer.bsdfs.microfacet import RoughConductorBSDF, RoughDielectricBSDF
 from reference_tracer.points import NOWHERE, Points
 from reference_tracer.reflection import BlendBSDF, LambertianBSDF
@@ -51,6 +51,7 @@ BSDFS: dict[str, BSDF] = {
 INDEX = {"bubble 0.3": 1 / 1.33, "glass 1": 2.4}
 """Interior over exterior index of refraction, where it isn't 1.5."""
 TWO_SIDED = ("separable glass 0.5", "glass 0.15", "glass 0.4", "glass 1", "bubble 0.3", "milk glass")
+NARROW = ("metal 0.15", "glass 0.15")
 COSINES = (0.95, 0.5, 0.1, -0.95, -0.5, -0.1)
 SEEN = [(name, c) for name in BSDFS for c in COSINES if c > 0 or name in TWO_SIDED]
 
@@ -99,9 +100,14 @@ def relative_index(name: str, cosine: float) -> float:
     return INDEX.get(name, 1.5) if cosine > 0 else 1 / INDEX.get(name, 1.5)
 
 
-def sphere(edges: np.ndarray) -> Grid:
-    """Gauss points of cells between edges in z and of equal azimuth; axes of the areas: row, column, point."""
-    (x, weights), (y, others) = (np.polynomial.legendre.leggauss(nodes) for nodes in (12, 40))
+def sphere(name: str, cosine: float) -> Grid:
+    """Gauss points of cells between edges in z and of equal azimuth; axes of the areas: row, column, point.
+
+    Twice as many in z where an edge of f crosses the cells, and in azimuth where a lobe is narrow: against 12 × 40
+    everywhere, mass and energy stay the same to 2e-6, those of glass to 1e-5.
+    """
+    edges, nodes = rows(name, cosine), (12 if name in TWO_SIDED else 6, 40 if name in NARROW else 20)
+    (x, weights), (y, others) = (np.polynomial.legendre.leggauss(count) for count in nodes)
     height, width = np.diff(edges)[:, None], 2 * np.pi / COLUMNS
     z = edges[:-1, None] + height * (x + 1) / 2
     phi = -np.pi + width * (np.arange(COLUMNS)[:, None] + (y + 1) / 2)
@@ -116,7 +122,7 @@ def probabilities(
     pdf: Callable[[Points, np.ndarray, np.ndarray], np.ndarray], name: str, cosine: float
 ) -> np.ndarray:
     """Integrals of a density over each cell of the sphere, good to 1e-4 in sum."""
-    grid = sphere(rows(name, cosine))
+    grid = sphere(name, cosine)
     count = grid.w.shape[1]
     values = pdf(up(count), grid.w, viewer(cosine, count))
     return (values.reshape(grid.area.shape) * grid.area).sum(axis=2)
@@ -135,10 +141,13 @@ def accepts(follows: Follows, counts: np.ndarray, expected: np.ndarray) -> bool:
     return follows(np.append(counts[large], seen), np.append(expected[large], rest))
 
 
-def histogram(name: str, cosine: float) -> tuple[np.ndarray, int]:
-    """Sampled directions per cell, and how many were refused."""
+def sampled(name: str, cosine: float) -> BSDFSample:
     u = np.random.default_rng(1).random((3, COUNT))
-    sample = BSDFS[name].sample(up(COUNT), viewer(cosine, COUNT), u)
+    return BSDFS[name].sample(up(COUNT), viewer(cosine, COUNT), u)
+
+
+def histogram(sample: BSDFSample, name: str, cosine: float) -> tuple[np.ndarray, int]:
+    """Sampled directions per cell, and how many were refused."""
     kept = sample.pdf > 0
     x, y, z = sample.wi[:, kept]
     bins = (rows(name, cosine), np.linspace(-np.pi, np.pi, COLUMNS + 1))
@@ -148,20 +157,31 @@ def histogram(name: str, cosine: float) -> tuple[np.ndarray, int]:
 
 
 @pytest.mark.parametrize(("name", "cosine"), SEEN)
-def test_sampling_follows_the_density(name: str, cosine: float, follows: Follows) -> None:
-    counts, refused = histogram(name, cosine)
+def test_sampling_follows_the_density_and_finds_the_energy(
+    name: str, cosine: float, follows: Follows
+) -> None:
+    sample = sampled(name, cosine)
+    counts, refused = histogram(sample, name, cosine)
     expected = probabilities(BSDFS[name].pdf, name, cosine)
     assert accepts(follows, counts, expected)
     # mass and refused samples make one, at five standard errors
     share = 1 - expected.sum()
     assert abs(refused / COUNT - share) < 5 * np.sqrt(max(share, 0) / COUNT) + 1e-4
 
+    # no more leaves than arrives, and sampling finds what quadrature finds, within five standard errors
+    total, eta = power(BSDFS[name], cosine, name), relative_index(name, cosine)
+    assert (total <= 1 + 1e-4).all()
+    weight = sample.weight * np.where(sample.wi[2] * cosine > 0, 1, eta**2)
+    error = 5 * weight.std(axis=1) / np.sqrt(COUNT) + 1e-4
+    assert (error < 0.01).all(), "no power"
+    assert (np.abs(weight.mean(axis=1) - total) < error).all()
+
 
 @pytest.mark.parametrize(("name", "wrong"), [("metal 0.4", metal(0.42)), ("glass 0.4", glass(0.42))])
 @pytest.mark.parametrize("cosine", [0.95, 0.1])
 def test_a_wrong_density_is_found(name: str, wrong: BSDF, cosine: float, follows: Follows) -> None:
     """A roughness 5 % off, and a density of m that has not become one of wi."""
-    counts, _ = histogram(name, cosine)
+    counts, _ = histogram(sampled(name, cosine), name, cosine)
     assert not accepts(follows, counts, probabilities(wrong.pdf, name, cosine))
 
     def without_jacobian(at: Points, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
@@ -204,7 +224,7 @@ def test_reciprocity(name: str) -> None:
 
 def power(bsdf: BSDF, cosine: float, name: str = "") -> np.ndarray:
     """∫ f |cos θi| dwi per channel, where what is refracted counts η² times."""
-    grid, eta = sphere(rows(name, cosine)), relative_index(name, cosine)
+    grid, eta = sphere(name, cosine), relative_index(name, cosine)
     count = grid.w.shape[1]
     f_cos = bsdf.f(up(count), grid.w, viewer(cosine, count)) * np.abs(grid.w[2])
     return (f_cos * np.where(grid.w[2] * cosine > 0, 1, eta**2) * grid.area.ravel()).sum(axis=1)
@@ -225,19 +245,6 @@ def test_glass_loses_what_it_states(alpha: float, cosine: float) -> None:
     loss = glass(alpha).single_scattering_loss(0, np.array([cosine]))[0]
     assert loss > 0.01
     assert power(glass(alpha), cosine, "glass 0.4")[0] == pytest.approx(1 - loss, abs=4e-4)
-
-
-@pytest.mark.parametrize(("name", "cosine"), SEEN)
-def test_energy(name: str, cosine: float) -> None:
-    """No more leaves than arrives, and sampling finds what quadrature finds, within five standard errors."""
-    total = power(BSDFS[name], cosine, name)
-    assert (total <= 1 + 1e-4).all()
-    u = np.random.default_rng(4).random((3, COUNT))
-    sample, eta = BSDFS[name].sample(up(COUNT), viewer(cosine, COUNT), u), relative_index(name, cosine)
-    weight = sample.weight * np.where(sample.wi[2] * cosine > 0, 1, eta**2)
-    error = 5 * weight.std(axis=1) / np.sqrt(COUNT) + 1e-4
-    assert (error < 0.01).all(), "no power"
-    assert (np.abs(weight.mean(axis=1) - total) < error).all()
 
 
 def test_the_loss_of_a_blend_is_that_of_its_parts() -> None:

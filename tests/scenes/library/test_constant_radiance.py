@@ -125,10 +125,7 @@ def by_blend(blend: Blend, E: Field, x: np.ndarray, d: np.ndarray, bounces: int)
 
 def by_facets(metal: RoughConductor, E: Field, x: np.ndarray, d: np.ndarray, bounces: int) -> np.ndarray:
     """Radiance as a polynomial in the angle, which every facet that mirrors a direction sends on."""
-    count = 22
-    nodes = np.polynomial.chebyshev.chebpts1(count)
-    to_series = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, count - 1))
-    T = np.stack([transfer(metal, (theta + 1) * np.pi / 4, to_series) for theta in nodes], axis=1)
+    nodes, to_series, T = transfers(metal)
     first = E(np.cos((nodes + 1) * np.pi / 4))
     _, cosine = arrivals(x, d)
     basis = at_angles(np.arccos(np.minimum(cosine, 1)), to_series)
@@ -137,6 +134,16 @@ def by_facets(metal: RoughConductor, E: Field, x: np.ndarray, d: np.ndarray, bou
         found.append(L @ basis.T)
         L = np.einsum("con,cn->co", T, L)
     return np.array(found)
+
+
+@cache
+def transfers(metal: RoughConductor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Nodes in −1 to 1 of the angle, the matrix from values there to coefficients, and T at the nodes."""
+    count = 22
+    nodes = np.polynomial.chebyshev.chebpts1(count)
+    to_series = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, count - 1))
+    T = np.stack([transfer(metal, (theta + 1) * np.pi / 4, to_series) for theta in nodes], axis=1)
+    return nodes, to_series, T
 
 
 def at_angles(theta: np.ndarray, to_series: np.ndarray) -> np.ndarray:

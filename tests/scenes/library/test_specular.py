@@ -6,6 +6,7 @@ Fresnel's shares come from matching the fields at the boundary, the factor η² 
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import msgspec
 import numpy as np
@@ -20,6 +21,7 @@ from scenes import (
     EnvironmentMap,
     Lambertian,
     Mirror,
+    Pinhole,
     Quad,
     Scene,
     Sphere,
@@ -43,6 +45,12 @@ def boundary(cos_theta: np.ndarray, index: complex | np.ndarray) -> np.ndarray:
     return np.where(np.abs(R[0] - 1) < 1e-14, 1.0, (R[0] + R[1]) / 2)
 
 
+@cache
+def normal_of(quad: Quad) -> np.ndarray:
+    across = np.cross(quad.edge_u, quad.edge_v)
+    return across / np.linalg.norm(across)
+
+
 def meet(scene: Scene, o: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Nearest surface (−1 for none), distance and outward normal of rays ``(n, 3)``."""
     best, which, normal = np.full(len(o), np.inf), np.full(len(o), -1), np.zeros_like(o)
@@ -51,8 +59,8 @@ def meet(scene: Scene, o: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.nda
         with np.errstate(divide="ignore", invalid="ignore"):
             if isinstance(shape, Quad):
                 u, v = np.array(shape.edge_u), np.array(shape.edge_v)
-                n = np.broadcast_to(np.cross(u, v) / np.linalg.norm(np.cross(u, v)), o.shape)
-                t = ((np.array(shape.corner) - o) * n).sum(1) / (d * n).sum(1)
+                n = np.broadcast_to(normal_of(shape), o.shape)
+                t = (np.array(shape.corner) - o) @ n[0] / (d @ n[0])
                 p = o + t[:, None] * d - shape.corner
                 inside = (p @ u > 0) & (p @ u < u @ u) & (p @ v > 0) & (p @ v < v @ v)
                 t = np.where(inside & (t > 1e-9), t, np.inf)
@@ -128,16 +136,22 @@ def follow(scene: Scene, k: int, o: np.ndarray, d: np.ndarray) -> np.ndarray:
     return found
 
 
-def through(scene: Scene, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rays through points of the image, in pixels from its top left corner, ``(n, 3)``."""
-    sensor = scene.sensor
+@cache
+def frame(sensor: Pinhole) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     forward = np.subtract(sensor.target, sensor.origin)
     forward /= np.linalg.norm(forward)
     right = np.cross(forward, sensor.up)
     right /= np.linalg.norm(right)
+    return right, np.cross(right, forward), forward
+
+
+def through(scene: Scene, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rays through points of the image, in pixels from its top left corner, ``(n, 3)``."""
+    sensor = scene.sensor
+    right, up, forward = frame(sensor)
     extent = math.tan(math.radians(sensor.fov / 2)) / min(sensor.width, sensor.height)
     x, y = extent * (2 * x - sensor.width), extent * (sensor.height - 2 * y)
-    d = forward + x[:, None] * right + y[:, None] * np.cross(right, forward)
+    d = forward + x[:, None] * right + y[:, None] * up
     return np.broadcast_to(np.array(sensor.origin), d.shape), d / np.linalg.norm(d, axis=-1, keepdims=True)
 
 
