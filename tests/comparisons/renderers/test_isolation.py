@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -72,14 +73,15 @@ def test_what_prints_without_end_does_not_fill_the_disk(
     sizes, trim = [], process._trim_log
 
     def measured() -> None:
-        trim()
         sizes.append(os.fstat(process._log.fileno()).st_size)
+        trim()
 
     process._trim_log = measured
     with pytest.raises(RendererFailed):
         process.render(scene, [0], 1, 0, timeout=60)
-    assert len(sizes) > 3
-    assert max(sizes) < 50_000_000
+    # how much is printed between two looks depends on the machine; that it is let go of does not
+    assert max(sizes) > 1_000_000
+    assert any(later < earlier for earlier, later in pairwise(sizes))
 
 
 def test_a_request_that_ends_ends_the_program_too(start: Any, scene: Scene, spotless: Any) -> None:
