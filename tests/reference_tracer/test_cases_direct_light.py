@@ -21,7 +21,7 @@ SPP = {
     "cie-171-opening": 4096,
     "lamp-turned-away": 2048,  # half of them choose the lamp that gives nothing
     "perpendicular-rectangles": 512,
-    **dict.fromkeys(("parallel-rectangles", "cie-171-panel", "four-points", "bright-texel"), 256),
+    **dict.fromkeys(("parallel-rectangles", "cie-171-panel", "four-points"), 256),
     **dict.fromkeys(("disk-shadow", "harmonics-on-sphere"), 128),
 }
 """Samples per pixel, where they are not 1024."""

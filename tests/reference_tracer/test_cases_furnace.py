@@ -19,10 +19,9 @@ SPP = {
     "furnace-box": 128,
     "furnace-sphere": 16,  # there is no noise
     "furnace-mesh": 128,
-    "furnace-mirrors": 32,
     "furnace-convex": 128,
 }
-"""Samples per pixel, where they are not 256: each resolves 2 %, and uses 0.5 to 0.9 of it (see ``expect_means``)."""
+"""Samples per pixel, where they are not 256: each resolves 2 %, and uses 0.5 to 0.9 of it where there is noise (see ``expect_means``)."""
 
 
 def quarters(images: np.ndarray) -> np.ndarray:
