@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from comparisons.renderers.mitsuba_colours import colours
 from comparisons.renderers.mitsuba_first_hits import first_hits
-from comparisons.renderers.mitsuba_integrators import coupled, difference, passes, production, properties
+from comparisons.renderers.mitsuba_integrators import difference, passes, production, properties
 from comparisons.renderers.mitsuba_llvm import ensure_llvm
 from comparisons.renderers.mitsuba_names import FAMILY, Form, parse
 from comparisons.renderers.mitsuba_particles import refuse_what_particles_cannot_reach
@@ -98,7 +98,7 @@ class MitsubaRenderer:
         for weight, sum_of in self._rendered(scene, images, spp, seed):
             total += [weight * (sum_of[more] - (sum_of[less] if less else 0)) for more, less in differences]
             sums += [weight * sum_of[more].mean() for more, _ in differences]
-        if coupled(self._form):  # if not, noise is larger than what precision takes
+        if self._form.coupled:  # if not, noise is larger than what precision takes
             _refuse_cancellation(bounces, total.mean(axis=(1, 2, 3)), sums)
         return total
 

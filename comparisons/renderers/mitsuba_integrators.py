@@ -43,11 +43,6 @@ class Pass(NamedTuple):
 Difference = tuple[Pass, Pass | None]
 
 
-def coupled(form: Form) -> bool:
-    """Whether two depths share their paths."""
-    return form.compiled or (form.integrator != "ptracer" and form.sampler in {"independent", "ldsampler"})
-
-
 def difference(form: Form, bounce: int) -> Difference:
     """The image that holds a bounce, and what is to be taken off it.
 
@@ -61,7 +56,7 @@ def difference(form: Form, bounce: int) -> Difference:
         return (Pass(None), black) if bounce else (black, None)
     if bounce == 0:
         return Pass(1), None
-    hide = form.integrator == "ptracer" and not coupled(form)
+    hide = form.integrator == "ptracer" and not form.coupled
     nothing = hide and bounce == 1  # E is what it would hold
     return Pass(bounce + 1, hide_emitters=hide), None if nothing else Pass(bounce, hide_emitters=hide)
 

@@ -69,6 +69,13 @@ class Form(NamedTuple):
         return self.variant.endswith("spectral")
 
     @property
+    def coupled(self) -> bool:
+        """Whether two depths, rendered with the same seed, share their paths."""
+        return self.compiled or (
+            self.integrator != "ptracer" and self.sampler in {"independent", "ldsampler"}
+        )
+
+    @property
     def spp_unit(self) -> int:
         """Samples per pixel come in multiples of this; see ``mitsuba_samplers``."""
         if self.sampler in _TOGETHER:
@@ -153,6 +160,7 @@ def entry_of(name: str) -> Entry | None:
         FAMILY,
         last_bounce=LAST_BOUNCE.get(form.integrator),
         spp_unit=form.spp_unit,
+        differences=not form.coupled,
     )
 
 

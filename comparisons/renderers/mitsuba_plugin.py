@@ -141,6 +141,7 @@ def entry(plugin: MitsubaPlugin) -> Entry:
         FAMILY,
         last_bounce=None if plugin.integrator else LAST_BOUNCE.get(form.integrator),
         spp_unit=form.spp_unit,
+        differences=not form.coupled,
     )
 
 

@@ -108,3 +108,21 @@ def test_nothing_is_imported_for_a_name() -> None:
         "assert not {'mitsuba', 'drjit'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "differences"),
+    [
+        ("mitsuba", False),
+        ("mitsuba:scalar_rgb:path:ldsampler", False),
+        ("mitsuba:llvm_ad_rgb:ptracer:stratified", False),
+        ("mitsuba:scalar_rgb:path:multijitter", True),
+        ("mitsuba:scalar_spectral:ptracer", True),
+    ],
+)
+def test_forms_whose_depths_share_no_paths_have_differences_of_both_signs(
+    name: str, differences: bool
+) -> None:
+    entry = entry_of(name)
+    assert entry is not None
+    assert entry.differences == differences
