@@ -124,7 +124,7 @@ def _why(comparison: Comparison) -> str:
 
 
 def _percent(bias: float) -> str:
-    return f"{100 * bias:+.2g} %"
+    return f"{float(f'{100 * bias:.2g}'):+g} %"  # two digits, and no exponent
 
 
 def names() -> list[str]:
