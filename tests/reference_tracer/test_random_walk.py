@@ -63,8 +63,6 @@ def hold_against_the_answer(
     truth = found.answer.truth(scene, BOUNCES)
     assert truth is not None
     spp, resolution = EXACT[name, strategy]
-    if spp == 1280 and sampler == "sobol":
-        spp = 512  # leaves less noise than 1280 independent ones: a third of the resolution
     images, expected = replicates(scene, strategy, spp, sampler=sampler), quadrants(truth.mean)
     # whether a ray meets the lamp is chance in E, whatever the strategy
     expect_means(images[:, 0], expected[0], resolution=0.4 / np.sqrt(spp))
