@@ -32,7 +32,7 @@ that relations bring along. The entry speaks of each of its claims.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from importlib.resources import files
@@ -230,8 +230,12 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     deviation: list[Deviation] = []
 
 
-def load(path: Path) -> list[Deviation]:
+def load(path: Path, own: Iterable[str] = ()) -> list[Deviation]:
     """Read a file of known deviations.
+
+    Args:
+        path: the file.
+        own: names of cases and scenes, besides the library's, that it may speak of.
 
     Raises:
         KnownError: it does not exist, or a field is wrong; with its path and what was expected.
@@ -247,13 +251,14 @@ def load(path: Path) -> list[Deviation]:
         raise KnownError(f"{path}: {error.strerror}") from error
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise KnownError(f"{path}: {error}") from error
+    cases = {**CASES, **dict.fromkeys(own)}
     for i, entry in enumerate(entries):  # one that can never apply would be silent
         try:
             if entry.relation is None:
-                look_up("case", entry.case, CASES)
+                look_up("case", entry.case, cases)
             else:
                 look_up("relation", entry.relation, RELATIONS)
-                look_up("scene", entry.case, {**CASES, **STAGES})
+                look_up("scene", entry.case, {**cases, **STAGES})
             _check_renderers(entry)
         except (UnknownNameError, ConfigError) as error:
             raise KnownError(f"{path}: deviation[{i}]: {error}") from error

@@ -14,7 +14,7 @@ import typer
 
 import reports
 from comparisons import known as known_deviations
-from comparisons.relations import RELATIONS, cheap_tasks
+from comparisons.relations import RELATIONS, Task, cheap_tasks
 from comparisons.renderers import ConfigError, RendererError, canonical, resolve
 from comparisons.renderers.process import RendererProcess
 from comparisons.results import ResultsError
@@ -108,7 +108,7 @@ def validate(
         budget=budget,
         seed=seed,
         jobs=jobs or os.cpu_count() or 1,
-        known=tuple(_known(known)),
+        known=tuple(_known(known, chosen, tasks)),
         early_stop=early_stop,
         total=total,
     )
@@ -286,11 +286,13 @@ def _renderer(name: str) -> str:
         raise typer.BadParameter(str(error), param_hint="--renderer") from None
 
 
-def _known(file: str) -> list[known_deviations.Deviation]:
+def _known(file: str, cases: Sequence[Case], tasks: Sequence[Task]) -> list[known_deviations.Deviation]:
+    """What is declared: by this project, and by the user's file, which may speak of any case or scene of the run."""
     if file == "none":
         return []
+    of_run = [*(case.name for case in cases), *(task.subject.name for task in tasks)]
     try:
-        own = known_deviations.load(Path(file)) if file else []
+        own = known_deviations.load(Path(file), [*announced(), *of_run]) if file else []
         return known_deviations.load(known_deviations.SHIPPED) + own
     except known_deviations.KnownError as error:
         raise typer.BadParameter(str(error), param_hint="--known") from None

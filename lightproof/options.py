@@ -152,7 +152,9 @@ Jobs = Annotated[
 Known = Annotated[
     str,
     typer.Option(
-        metavar="FILE", help="Declared deviations (TOML), besides the shipped ones; 'none' for none at all."
+        metavar="FILE",
+        help="Declared deviations (TOML) of our cases, or of your own in this run, besides the shipped ones; 'none' "
+        "for none at all. Example: comparisons/known.toml.",
     ),
 ]
 OutFolder = Annotated[

@@ -167,6 +167,17 @@ def test_a_wrong_file_is_refused(tmp_path: Path, change: tuple[str, str], compla
     assert complaint in str(caught.value)
 
 
+def test_a_case_of_the_users_own_has_to_be_named_to_be_spoken_of(tmp_path: Path) -> None:
+    file = tmp_path / "known.toml"
+    file.write_text(ENTRY.replace("furnace-box", "attic"))
+    [entry] = known.load(file, ["attic"])
+    assert known.declared([entry], "attic", "mitsuba:scalar_rgb", "3.9.1") == [entry]
+    file.write_text(ENTRY.replace("furnace-box", "attic") + 'relation = "scaling"\n')
+    assert known.load(file, ["attic"])
+    with pytest.raises(known.KnownError, match="no scene is called 'attic'"):
+        known.load(file, ["cellar"])
+
+
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "known.toml"
     file.write_bytes(b"\xff\xfe")

@@ -40,6 +40,18 @@ def raises():
 number = 7
 """
 
+DECLARED = """
+[[deviation]]
+case = "my-sphere"
+renderer = "reference"
+versions = ">=2000"
+total = 0.1
+within = 0.01
+tile_within = 0.01
+reason = "none"
+link = "none"
+"""
+
 
 def invoke(*arguments: str | Path) -> Any:
     return CliRunner().invoke(app, [str(a) for a in arguments])
@@ -67,12 +79,17 @@ def small(scene: Scene) -> Scene:
 
 
 def test_a_function_in_a_file_is_a_case(own: Path, tmp_path: Path) -> None:
-    place, out = f"{own}:mine", tmp_path / "out"
+    place, out, known = f"{own}:mine", tmp_path / "out", tmp_path / "known.toml"
+    known.write_text(DECLARED)
     arguments = ("--renderer", "reference", "--size", "8x8", "--jobs", "1", "--no-total", "--out", out)
+    arguments = (*arguments, "--known", known)
     result = invoke("validate", "furnace-sphere", "--case", place, "--bounces", "1", *arguments)
     assert result.exit_code == 0, result.output
     assert "[1/2] furnace-sphere × reference: pass" in result.output, "it joins others"
     assert "[2/2] my-sphere × reference: pass" in result.output
+    assert result.output.count("declared of versions >=2000 does not apply") == 1, (
+        "of it deviations are declared"
+    )
     image = tmp_path / "x.exr"
     for command in (("render", "--spp", "1", "--size", "4x4"), ("answer",)):
         assert invoke(*command, "--case", place, "--bounces", "1", "--out", image).exit_code == 0
