@@ -119,7 +119,8 @@ class Comparing:
         entries = {k: entry for entry in known for k in open_bounces if entry.speaks_of(k)}
 
         def show(share: float) -> None:
-            self.observer.progressed(share, f"open bounces: {', '.join(map(str, open_bounces))}")
+            drawn = f"{sampler.replicates} of {sampler.enough} replicates; " if not self.looks else ""
+            self.observer.progressed(share, f"{drawn}open bounces: {', '.join(map(str, open_bounces))}")
 
         sampler = Sampler(self._job(show), self.crew, self.regions)
         sampler.draw(open_bounces, sampler.enough)

@@ -36,12 +36,14 @@ class Observer:
     def __init__(self) -> None:
         self.events: list[tuple[str, str]] = []
         self.shares: list[float] = []
+        self.messages: list[str] = []
 
     def started(self, case: str, renderer: str) -> None:
         self.events.append((case, renderer))
 
     def progressed(self, share: float, message: str) -> None:
         self.shares.append(share)
+        self.messages.append(message)
 
     def finished(self, comparison: Comparison) -> None:
         self.events.append((comparison.case, comparison.verdict))

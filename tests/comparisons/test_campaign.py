@@ -249,6 +249,7 @@ def test_the_observer_sees_it_all(compare: Compare, observer: Any) -> None:
     compare("furnace-sphere", "reference")
     assert observer.events == [("furnace-sphere", "reference"), ("furnace-sphere", "pass")]
     assert observer.shares == sorted(observer.shares)
+    assert "32 of 32 replicates; open bounces: 0, 1" in " ".join(observer.messages)
     assert 0 <= observer.shares[0] <= observer.shares[-1] <= 1
 
 
