@@ -82,6 +82,57 @@ for kind, count in (
         row.append(f"{100 * ((1 - albedo) * np.mean(means) - 1):+.1f} ± {100 * (1 - albedo) * error:.1f} %")
     print(f"{kind:12} {count:4} samples: {'  '.join(row)}")
 
+
+def floor(kind: str, count: int) -> mi.Scene:
+    """A grey floor under four grey point lights of 1, 4, 2 and 8: direct light, in a spectral variant."""
+    places = [(-1, -1, 1.0), (1, -1, 4.0), (-1, 1, 2.0), (1, 1, 8.0)]
+    lamps = {
+        f"lamp{i}": {
+            "type": "point",
+            "position": [x, 1, z],
+            "intensity": {"type": "spectrum", "value": value},
+        }
+        for i, (x, z, value) in enumerate(places)
+    }
+    turn = mi.ScalarTransform4f().rotate([1, 0, 0], -90).scale(3)
+    grey = {"type": "diffuse", "reflectance": {"type": "spectrum", "value": 0.5}}
+    sensor = {
+        "type": "perspective",
+        "fov": 60,
+        "to_world": mi.ScalarTransform4f().look_at([0, 4, 0], [0, 0, 0], [0, 0, 1]),
+        "film": {"type": "hdrfilm", "width": 16, "height": 16, "rfilter": {"type": "box"}},
+        "sampler": {"type": kind, "sample_count": count},
+    }
+    ground = {"type": "rectangle", "to_world": turn, "bsdf": grey}
+    path = {"type": "path", "max_depth": 2}
+    return mi.load_dict({"type": "scene", "integrator": path, "ground": ground, "sensor": sensor, **lamps})
+
+
+def of_channels(kind: str, count: int, renders: int) -> tuple[np.ndarray, np.ndarray]:
+    """Means of R, G and B over the image of the floor, with standard errors."""
+    scene = floor(kind, count)
+    found = [np.array(mi.render(scene, spp=count, seed=i)).mean(axis=(0, 1)) for i in range(renders)]
+    return np.mean(found, axis=0), np.std(found, axis=0, ddof=1) / np.sqrt(renders)
+
+
+mi.set_variant("scalar_spectral")
+print("grey floor under grey lamps: deviation of R, G and B from what independent numbers give")
+truth, its_error = of_channels("independent", 1024, 60)
+for kind, count in (
+    ("independent", 16),
+    ("orthogonal", 25),
+    ("multijitter", 16),
+    ("ldsampler", 16),
+    ("stratified", 16),
+    ("stratified", 64),
+):
+    mean, error = of_channels(kind, count, 6400 // count)
+    both = np.hypot(error, its_error) / truth
+    row = "  ".join(
+        f"{100 * (m / t - 1):+.2f} ± {100 * e:.2f} %" for m, t, e in zip(mean, truth, both, strict=True)
+    )
+    print(f"{kind:12} {count:4} samples: {row}")
+
 mi.set_variant("llvm_ad_rgb")
 print("Cornell box: deviation of bounces 0 to 5 from what independent numbers give")
 truth, its_error = terms("independent", 1024, 60)
