@@ -2,8 +2,8 @@
 
 - Mitsuba's shapes face the same way as ours; a sphere whose front is its inside has ``flip_normals``. A two-sided
   surface is Mitsuba's ``twosided`` BSDF.
-- Its rectangle is [−1, 1]², its disk the unit disk, both with normal +z. A rectangle takes no shear; a disk stays
-  round here.
+- Its rectangle is [−1, 1]², its disk the unit disk, both with normal +z. A rectangle takes no shear; a disk takes
+  any axes, and is an ellipse then.
 - Meshes go through a PLY file, since emitters can't be attached to a mesh in memory.
 - Texture coordinates are the same on rectangles and meshes; on a sphere Mitsuba's v runs down from the pole. The
   first row of a bitmap is at v = 0. A disk has polar ones.
@@ -200,11 +200,8 @@ def _quad(mi: Any, quad: Quad) -> Dict:
 
 
 def _disk(mi: Any, disk: Disk) -> Dict:
-    u, v = np.asarray(disk.axis_u), np.asarray(disk.axis_v)
-    radius = np.linalg.norm(u)
-    if max(abs(u @ v) / radius, abs(np.linalg.norm(v) - radius)) > 1e-6 * radius:
-        raise Unsupported("an ellipse: Mitsuba's disk is round")
-    return {"type": "disk", "to_world": _placed(mi, [u, v, disk.normal], disk.center)}
+    axes = [np.asarray(disk.axis_u), np.asarray(disk.axis_v), disk.normal]
+    return {"type": "disk", "to_world": _placed(mi, axes, disk.center)}
 
 
 def _zone_axis(surface: Surface) -> Vector:

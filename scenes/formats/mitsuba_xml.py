@@ -65,7 +65,6 @@ Array = NDArray[np.float64]
 
 FORMAT = "mitsuba-xml"
 _NO_ROULETTE = 1 << 30
-_ROUND = 1e-6  # how much the axes of a disk may differ, relatively
 _FAR = 1e4  # where Mitsuba's cameras cease to see unless told otherwise
 _VERSION = "3.0.0"
 
@@ -290,14 +289,10 @@ def _quad(root: Element, quad: Quad, name: str) -> Element:
 
 
 def _disk(root: Element, disk: Disk, surface: Surface) -> Element:
-    u, v = np.asarray(disk.axis_u), np.asarray(disk.axis_v)
-    lengths = np.linalg.norm(u), np.linalg.norm(v)
-    if max(abs(u @ v) / lengths[0], abs(lengths[0] - lengths[1])) > _ROUND * lengths[0]:
-        raise _unsupported(f"{surface.name} is an ellipse: Mitsuba's disk is round")
     if is_textured(surface.material):
         raise _unsupported(f"{surface.name} is a disk with a texture: Mitsuba's coordinates are polar there")
     shape = _plugin(root, "shape", "disk")
-    _matrix(shape, [u, v, disk.normal], disk.center)
+    _matrix(shape, [disk.axis_u, disk.axis_v, disk.normal], disk.center)
     return shape
 
 

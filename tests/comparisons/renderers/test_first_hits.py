@@ -74,7 +74,7 @@ def test_every_scene_of_the_library(name: str, mitsuba: Witness) -> None:
         return
     assert told(scene, Reference()).startswith("pass")
     beyond = {"ellipsoid", "spherical_harmonics", "angular_profile"} & set(features(scene))
-    if scene.channels == 3 and not beyond and name != "elliptical-disk-over-plane":
+    if scene.channels == 3 and not beyond:
         assert told(scene, mitsuba).startswith("pass")
 
 

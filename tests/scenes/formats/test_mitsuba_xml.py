@@ -133,8 +133,9 @@ SCENES = {
     "texture on a sphere with a zone": one(
         BALL, Lambertian(TEXTURES["nearest"]), emission=AreaLight((5.0, 3.0, 1.0), PolarRange(30.0, 90.0))
     ),
-    "disk that is round but for rounding": one(
-        Disk((0.0, 0.0, 0.0), (0.7, 0.0, 0.0), (0.0, 0.0, 0.7 + 1e-8))
+    "elliptical disk": one(Disk((0.0, 0.0, 0.0), (0.7, 0.1, 0.0), (0.2, 0.0, 0.4))),
+    "elliptical lamp": one(
+        Disk((0.0, 0.0, 0.0), (0.7, 0.1, 0.0), (0.2, 0.0, 0.4)), GREY, emission=AreaLight((1.0, 2.0, 3.0))
     ),
 }
 
@@ -146,7 +147,6 @@ LIBRARY = {
     for name in library.CASES
 }
 BEYOND_MITSUBA = (
-    "elliptical-disk-over-plane",
     "ellipsoid-over-plane",
     "harmonics-on-sphere",
     "cornell-box-spectral",
@@ -358,7 +358,6 @@ def test_parameters_of_the_file(tmp_path: Path, mitsuba: MitsubaRenderer) -> Non
     [
         ("ellipsoid", one(Ellipsoid((0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 1)))),
         ("parallelogram", one(Quad((0, 0, 0), (1, 0, 0), (0.5, 1, 0)))),
-        ("ellipse", one(Disk((0, 0, 0), (1, 0, 0), (0, 2, 0)))),
         ("polar", one(Disk((0, 0, 0), (1, 0, 0), (0, 1, 0)), Lambertian(TEXTURES["nearest"]))),
         ("both sides", one(WALL, GREY, emission=AreaLight((1, 1, 1)), two_sided=True)),
         ("angular profile", one(WALL, emission=AreaLight((1, 1, 1), None, ((1, 1, 1), (2, 2, 2))))),
