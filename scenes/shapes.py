@@ -57,12 +57,6 @@ class Quad(
         cross = np.cross(self.edge_u, self.edge_v)
         return cross / np.linalg.norm(cross)
 
-    @property
-    def is_rectangle(self) -> bool:
-        """Whether the edges are orthogonal, to rounding."""
-        u, v = np.asarray(self.edge_u), np.asarray(self.edge_v)
-        return bool(abs(u @ v) <= 1e-6 * np.linalg.norm(u) * np.linalg.norm(v))
-
 
 class Disk(
     msgspec.Struct, frozen=True, tag_field="type", tag="disk", forbid_unknown_fields=True, omit_defaults=True

@@ -2,8 +2,8 @@
 
 - Mitsuba's shapes face the same way as ours; a sphere whose front is its inside has ``flip_normals``. A two-sided
   surface is Mitsuba's ``twosided`` BSDF.
-- Its rectangle is [−1, 1]², its disk the unit disk, both with normal +z. A rectangle takes no shear; a disk takes
-  any axes, and is an ellipse then.
+- Its rectangle is [−1, 1]², its disk the unit disk, both with normal +z. They take any axes: a
+  parallelogram, an ellipse.
 - Meshes go through a PLY file, since emitters can't be attached to a mesh in memory.
 - Texture coordinates are the same on rectangles and meshes; on a sphere Mitsuba's v runs down from the pole. The
   first row of a bitmap is at v = 0. A disk has polar ones.
@@ -148,7 +148,7 @@ def _surface(colours: Colours, surface: Surface, file: Path) -> Dict:
         case Mesh():
             shape = _mesh(mi, surface.shape, file)
         case _:
-            raise Unsupported(f"{_type(surface.shape)} shape: Mitsuba's sphere refuses it")
+            raise Unsupported(f"{_type(surface.shape)} shape: Mitsuba's sphere warns and stays round")
     if surface.two_sided and surface.emits:
         raise Unsupported("emission from both sides: Mitsuba's area light has one")
     bsdf = _bsdf(colours, surface.material, _texture_coordinates(mi, surface))
@@ -192,8 +192,6 @@ def _texture_coordinates(mi: Any, surface: Surface) -> Any:
 
 
 def _quad(mi: Any, quad: Quad) -> Dict:
-    if not quad.is_rectangle:
-        raise Unsupported("a parallelogram that is no rectangle: Mitsuba's rectangle refuses shear")
     u, v = np.asarray(quad.edge_u) / 2, np.asarray(quad.edge_v) / 2
     to_world = _placed(mi, [u, v, quad.normal], np.asarray(quad.corner) + u + v)
     return {"type": "rectangle", "to_world": to_world}

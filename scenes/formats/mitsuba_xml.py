@@ -197,13 +197,13 @@ class _Writer:
     def _shape(self, root: Element, surface: Surface) -> Element:
         match surface.shape:
             case Quad():
-                return _quad(root, surface.shape, surface.name)
+                return _quad(root, surface.shape)
             case Disk():
                 return _disk(root, surface.shape, surface)
             case Sphere():
                 return _sphere(root, surface.shape, surface)
             case Ellipsoid():
-                raise _unsupported(f"{surface.name} is an ellipsoid: Mitsuba's sphere refuses to be one")
+                raise _unsupported(f"{surface.name} is an ellipsoid: Mitsuba's sphere warns and stays round")
             case Mesh():
                 shape = _plugin(root, "shape", "ply")
                 _text(shape, "string", filename=self._file("ply", ply(surface.shape)))
@@ -279,9 +279,7 @@ class _Writer:
 # ---- shapes
 
 
-def _quad(root: Element, quad: Quad, name: str) -> Element:
-    if not quad.is_rectangle:
-        raise _unsupported(f"{name} is a parallelogram that is no rectangle: Mitsuba's refuses shear")
+def _quad(root: Element, quad: Quad) -> Element:
     shape = _plugin(root, "shape", "rectangle")
     u, v = np.asarray(quad.edge_u) / 2, np.asarray(quad.edge_v) / 2
     _matrix(shape, [u, v, quad.normal], np.asarray(quad.corner) + u + v)
@@ -292,7 +290,7 @@ def _disk(root: Element, disk: Disk, surface: Surface) -> Element:
     if is_textured(surface.material):
         raise _unsupported(f"{surface.name} is a disk with a texture: Mitsuba's coordinates are polar there")
     shape = _plugin(root, "shape", "disk")
-    _matrix(shape, [disk.axis_u, disk.axis_v, disk.normal], disk.center)
+    _matrix(shape, [np.asarray(disk.axis_u), np.asarray(disk.axis_v), disk.normal], disk.center)
     return shape
 
 

@@ -16,8 +16,6 @@ def test_a_quad_is_a_parallelogram_with_a_right_handed_normal() -> None:
     quad = Quad((1.0, 1.0, 1.0), (2.0, 0.0, 0.0), (1.0, 3.0, 0.0))
     assert quad.area == pytest.approx(6.0)
     np.testing.assert_allclose(quad.normal, [0, 0, 1])
-    assert not quad.is_rectangle
-    assert Quad(ORIGIN, (0.6, 0.8, 0.0), (-0.8, 0.6, 0.0)).is_rectangle
 
 
 def test_a_disk_is_an_ellipse_with_a_right_handed_normal() -> None:

@@ -243,7 +243,6 @@ def test_the_same_seed_gives_the_same_image() -> None:
 @pytest.mark.parametrize(
     ("view", "feature"),
     [
-        (lambda: scene(lamp((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.5, 1.0, 0.0))), "parallelogram"),
         (lambda: scene(zoned_sphere(False, (0.0, 0.0, 1.0), 0.0, 10.0001)), "no texture has borders there"),
         (
             lambda: scene(Surface("s", Sphere((0.0, 0.0, 0.0), 1.0), Lambertian((0.5,)), AreaLight((1.0,)))),

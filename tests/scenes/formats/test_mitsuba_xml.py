@@ -133,6 +133,10 @@ SCENES = {
     "texture on a sphere with a zone": one(
         BALL, Lambertian(TEXTURES["nearest"]), emission=AreaLight((5.0, 3.0, 1.0), PolarRange(30.0, 90.0))
     ),
+    "sheared quad": one(Quad((-0.5, 0.0, -0.5), (1.0, 0.1, 0.0), (0.5, 0.0, 0.8))),
+    "sheared lamp": one(
+        Quad((-0.5, 0.0, -0.5), (1.0, 0.1, 0.0), (0.5, 0.0, 0.8)), GREY, emission=AreaLight((1.0, 2.0, 3.0))
+    ),
     "elliptical disk": one(Disk((0.0, 0.0, 0.0), (0.7, 0.1, 0.0), (0.2, 0.0, 0.4))),
     "elliptical lamp": one(
         Disk((0.0, 0.0, 0.0), (0.7, 0.1, 0.0), (0.2, 0.0, 0.4)), GREY, emission=AreaLight((1.0, 2.0, 3.0))
@@ -357,7 +361,6 @@ def test_parameters_of_the_file(tmp_path: Path, mitsuba: MitsubaRenderer) -> Non
     ("feature", "scene"),
     [
         ("ellipsoid", one(Ellipsoid((0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 1)))),
-        ("parallelogram", one(Quad((0, 0, 0), (1, 0, 0), (0.5, 1, 0)))),
         ("polar", one(Disk((0, 0, 0), (1, 0, 0), (0, 1, 0)), Lambertian(TEXTURES["nearest"]))),
         ("both sides", one(WALL, GREY, emission=AreaLight((1, 1, 1)), two_sided=True)),
         ("angular profile", one(WALL, emission=AreaLight((1, 1, 1), None, ((1, 1, 1), (2, 2, 2))))),
