@@ -1,4 +1,4 @@
-"""A minimal scene that shows the finding beside this file. Needs Mitsuba 3 only; takes a minute."""
+"""A minimal scene that shows the finding beside this file, and its cause. Needs Mitsuba 3 only; takes a minute."""
 
 import mitsuba as mi
 import numpy as np
@@ -46,3 +46,60 @@ for size in (100.0, 1.0, 1e-2, 1e-3, 1e-4):
         ]
         cells.append(f"{np.mean(means):.5f} ± {np.std(means, ddof=1) / 4:.5f}")
     print(f"{size:<7g} " + "   ".join(cells))
+
+
+# ---- the cause: the same estimate in NumPy, rays moved off the wall as Mitsuba moves them
+
+
+def hit(o: np.ndarray, d: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Where rays from inside meet the cube, and its normal there, inwards; all ``(3, n)``."""
+    with np.errstate(divide="ignore"):
+        t = np.where(d != 0, (np.sign(d) * size - o) / d, np.inf)
+    wall, each = t.argmin(axis=0), np.arange(d.shape[1])
+    p, n = o + t.min(axis=0) * d, np.zeros_like(o)
+    n[wall, each] = -np.sign(d[wall, each])
+    p[wall, each] = -size * n[wall, each]
+    return p, n
+
+
+def towards(p: np.ndarray, q: np.ndarray, n: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """The direction from p to a point q of the walls, and the density of emitter samples there."""
+    d = (q - p) / (dist := np.linalg.norm(q - p, axis=0))
+    cos = np.maximum(-(d * n).sum(axis=0), 0)
+    return d, np.divide(dist**2, cos * 24 * size**2, out=np.zeros_like(cos), where=cos > 0)
+
+
+def estimate(size: float, moved: bool, count: int = 2_000_000) -> tuple[float, float]:
+    """The mean of direct light by both strategies, weighted by the power heuristic, and its standard error."""
+    rng, each = np.random.default_rng(1), np.arange(count)
+    eye, target = size * np.array([0.3, -0.2, 0.7]), size * np.array([-0.2, 0.1, -1.0])
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(forward, [0, 1, 0])
+    right /= np.linalg.norm(right)
+    x, y = rng.uniform(-1, 1, (2, count, 1))
+    view = (forward + x * right + y * np.cross(right, forward)).T
+    p, n = hit(np.tile(eye[:, None], count), view, size)
+
+    lit, normals = rng.uniform(-size, size, (3, count)), np.zeros((3, count))
+    wall, side = rng.integers(0, 3, count), rng.choice([-1.0, 1.0], count)
+    lit[wall, each], normals[wall, each] = side * size, -side
+    d, by_emitter = towards(p, lit, normals, size)
+    by_bsdf = np.maximum((d * n).sum(axis=0), 0) / np.pi
+    # 0.5 · by_bsdf / by_emitter, times by_emitter² / (by_emitter² + by_bsdf²)
+    found = 0.5 * by_bsdf * by_emitter / np.maximum(by_emitter**2 + by_bsdf**2, 1e-300)
+
+    r, phi = np.sqrt(rng.random(count)), 2 * np.pi * rng.random(count)
+    d, normal = np.empty((3, count)), np.abs(n).argmax(axis=0)
+    d[(normal + 1) % 3, each], d[(normal + 2) % 3, each] = r * np.cos(phi), r * np.sin(phi)
+    d[normal, each] = n[normal, each] * (cos := np.sqrt(1 - r**2))
+    epsilon = 1500 * 2.0**-24 * (1 + np.abs(p).max(axis=0)) if moved else 0.0
+    q, at_q = hit(p + epsilon * n, d, size)
+    by_bsdf, by_emitter = cos / np.pi, towards(p, q, at_q, size)[1]
+    found += 0.5 * by_bsdf**2 / (by_bsdf**2 + by_emitter**2)
+    return float(found.mean()), float(found.std() / np.sqrt(count))
+
+
+print("\nby NumPy, both strategies weighted: rays from where the surface is, and from where Mitsuba's start")
+for size in (100.0, 1.0, 1e-2, 1e-3, 1e-4):
+    cells = [estimate(size, moved) for moved in (False, True)]
+    print(f"{size:<7g} " + "   ".join(f"{mean:.5f} ± {error:.5f}" for mean, error in cells))
