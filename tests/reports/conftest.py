@@ -1,4 +1,4 @@
-"""A folder of results with every verdict, and a browser that complains."""
+"""Folders of results with every verdict, and the reports of them that several files look at."""
 
 from __future__ import annotations
 
