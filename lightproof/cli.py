@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
+from rich.console import Console
 
 import reports
 from comparisons import known as known_deviations
 from comparisons.relations import RELATIONS, Task, cheap_tasks
 from comparisons.renderers import ConfigError, RendererError, canonical, resolve
 from comparisons.renderers.process import RendererProcess
-from comparisons.results import ResultsError
+from comparisons.results import Results, ResultsError
 from comparisons.settings import DEFAULT_ALPHA, DEFAULT_BUDGET, Settings
 from lightproof import exports, images, listing, options, terminal
 from lightproof.answer import answer
@@ -114,17 +115,29 @@ def validate(
     )
     prepare(out)
     console = terminal.console()
-    with terminal.Show(console, (len(chosen) + len(tasks)) * len(renderers)) as show:
+    outcome = _run_and_show(console, chosen, renderers, settings, out, tasks)
+    terminal.show_verdicts(console, outcome)
+    console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
+    raise typer.Exit(exit_status(outcome))
+
+
+def _run_and_show(
+    console: Console,
+    cases: Sequence[Case],
+    renderers: Sequence[str],
+    settings: Settings,
+    out: Path,
+    tasks: Sequence[Task],
+) -> Results:
+    """What the run finds; how far it is shows meanwhile. Interrupted, it keeps in the folder what it has."""
+    with terminal.Show(console, (len(cases) + len(tasks)) * len(renderers)) as show:
         try:
-            outcome = run_validation(chosen, renderers, settings, out, show, tasks)
+            return run_validation(cases, renderers, settings, out, show, tasks)
         except KeyboardInterrupt:
             what = "checks" if tasks else "comparisons"
             stop(f"interrupted; {show.done} of {show.total} {what} are in {out}/results.json", 130)
         except CaseError as error:  # an answer is asked for only when its turn comes
             stop(str(error), 2)
-    terminal.show_verdicts(console, outcome)
-    console.print(f"Report: {(out / reports.REPORT_FILE).resolve()}", soft_wrap=True)
-    raise typer.Exit(exit_status(outcome))
 
 
 def _distinct(names: Sequence[str]) -> list[str]:

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from comparisons import campaign
-from comparisons.renderers import process, registry
+from comparisons.renderers import Renderer, process, registry
 from comparisons.results import Comparison
-from comparisons.settings import Settings
-from scenes import library
+from comparisons.settings import Settings, Silent
+from scenes import Case, library
 
 _FILE = Path(__file__).with_name("wrong_renderers.py")
 
@@ -64,6 +64,19 @@ def compare(tmp_path: Path, observer: Observer) -> Callable[..., Comparison]:
         # the budget is used up only where no verdict is clear; a busy machine needs more of it
         chosen = Settings(**{"size": (16, 16), "jobs": 1, "budget": 60.0, "total": False} | settings)
         [comparison] = list(campaign.run([library.case(case)], [renderer], chosen, tmp_path, observer))
+        return comparison
+
+    return run
+
+
+@pytest.fixture
+def against(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Comparison]:
+    """``against(case, renderer, **settings)``: one comparison, total and all, whose images need few paths."""
+    monkeypatch.setattr("comparisons.total.LEAST_PATHS", 256)
+
+    def run(case: Case, renderer: Renderer, **settings: Any) -> Comparison:
+        chosen = Settings(**({"budget": 20.0, "first_look": 0.1} | settings))
+        [comparison] = campaign.run([case], [renderer], chosen, tmp_path, Silent())
         return comparison
 
     return run

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from runpy import run_path
+from types import SimpleNamespace
 from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
 
-from comparisons import campaign
 from comparisons.diagnosis import diagnoses
 from comparisons.faults.planting import of_request
 from comparisons.known import Deviation
-from comparisons.renderers import Images, Renderer, RendererError, Unsupported
+from comparisons.renderers import Images
 from comparisons.renderers.reference import ReferenceRenderer
 from comparisons.results import Comparison, TotalResult, Verdict
-from comparisons.settings import Settings, Silent
 from comparisons.statistics.intervals import Biases, Range
 from comparisons.total import said_of, up_to
 from comparisons.whole_sum import Series
@@ -26,57 +26,8 @@ from reference_tracer import random_walk
 from reference_tracer.roulette import roulette
 from scenes import Case, Scene, Tolerance, library
 
-NOISE = 0.01  # of a pixel, relative, one sample per pixel
-
-
-class Oracle:
-    """Knows the answer, and adds noise: what it gets wrong is what a test plants, and nothing else."""
-
-    name = "oracle"
-
-    def __init__(
-        self,
-        case: Case,
-        of_total: Callable[[Images], Images] = lambda image: image,
-        factors: Callable[[int], float] = lambda k: 1.0,
-    ) -> None:
-        truth = case.answer.truth(case.scene, case.bounces)
-        assert truth is not None
-        self._terms, self._sum = truth.mean, Series.of(case, truth).total().mean
-        self._of_total, self._factors = of_total, factors
-
-    def version(self) -> str:
-        return "1"
-
-    def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
-        if scene.shape != self._sum.shape:  # the probe
-            return np.random.default_rng(seed).random((len(bounces), *scene.shape))
-        return np.stack([self._noisy(self._factors(k) * self._terms[k], spp, seed + 7 * k) for k in bounces])
-
-    def total(self, scene: Scene, spp: int, seed: int) -> Images:
-        return self._noisy(self._of_total(self._sum), spp, seed)
-
-    def _noisy(self, image: Images, spp: int, seed: int) -> Images:
-        noise = np.random.default_rng(seed).normal(size=image.shape) * NOISE / np.sqrt(spp)
-        return np.asarray(image * (1 + noise))
-
-
-def small(name: str, size: int = 8, **changes: Any) -> Case:
-    case = library.case(name)
-    return replace(case, scene=case.scene.resized(size, size), **changes)
-
-
-@pytest.fixture
-def against(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Comparison]:
-    """``against(case, renderer, **settings)``."""
-    monkeypatch.setattr("comparisons.total.LEAST_PATHS", 256)  # images are small, and need few
-
-    def run(case: Case, renderer: Renderer, **settings: Any) -> Comparison:
-        chosen = Settings(**({"budget": 20.0, "first_look": 0.1} | settings))
-        [comparison] = campaign.run([case], [renderer], chosen, tmp_path, Silent())
-        return comparison
-
-    return run
+shared = SimpleNamespace(**run_path(str(Path(__file__).with_name("oracle.py"))))
+Oracle, small = shared.Oracle, shared.small
 
 
 def test_who_is_right_passes(against: Callable[..., Comparison]) -> None:
@@ -357,74 +308,7 @@ def test_of_the_total_alone_a_deviation_can_be_declared(
     assert any("The total: the declared deviation has vanished" in note for note in found.notes) == (not bias)
 
 
-# ---- a renderer that makes nothing but totals
-
-
-class Total:
-    """A program without depth control."""
-
-    name = "total-only"
-
-    def __init__(self, seeded: bool = True) -> None:
-        self._inner, self._seeded = ReferenceRenderer("mis"), seeded
-
-    def version(self) -> str:
-        return "1"
-
-    def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
-        raise Unsupported("per-bounce images: the program has no option for its depth")
-
-    def total(self, scene: Scene, spp: int, seed: int) -> Images:
-        return self._inner.total(scene, spp, seed if self._seeded else 1)
-
-
-LOOSE = Tolerance(image=(0.04,), tile=(0.3,))
-
-
-def test_without_depth_control_darker_scenes_are_compared(against: Callable[..., Comparison]) -> None:
-    case = small("furnace-box", size=4, tolerance=Tolerance(image=(0.06,), tile=(0.3,)), tiles=(2, 2))
-    found = against(case, Total(), budget=200.0)
-    assert found.verdict == "pass"
-    assert [b.bounce for b in found.bounces] == [0]
-    assert [(t.scale, t.verdict) for t in found.totals] == [(s, "pass") for s in (0.25, 0.5, 0.75, 1.0)]
-    assert any("no bounce from 1 on can be seen by itself" in note for note in found.notes)
-    assert found.images is not None
-
-
-def test_what_every_surface_reflects_too_much_shows_more_and_more(against: Callable[..., Comparison]) -> None:
-    """Albedos 6 % too high: E is right, and each further scale is further off."""
-
-    class Brighter(Oracle):
-        def render(self, scene: Scene, bounces: Sequence[int], spp: int, seed: int) -> Images:
-            raise Unsupported("per-bounce images: the program has no option for its depth")
-
-        def total(self, scene: Scene, spp: int, seed: int) -> Images:
-            scale = scene.surfaces[0].material.albedo[0] / case.scene.surfaces[0].material.albedo[0]  # type: ignore
-            probed = scene.shape != case.scene.shape
-            return self._noisy(np.ones(scene.shape) if probed else whole.total(1.06 * scale).mean, spp, seed)
-
-    case = small("furnace-box", tolerance=LOOSE)
-    truth = case.answer.truth(case.scene, case.bounces)
-    assert truth is not None
-    whole = Series.of(case, truth)
-    found = against(case, Brighter(case))
-    assert found.verdict == "fail"
-    assert [b.verdict for b in found.bounces] == ["pass"]
-    biases = [t.result.bias for t in found.totals if t.result]
-    assert biases == sorted(biases)
-    # Σ (s ρ)ᵏ with ρ = 0.53 in place of 0.5
-    expected = [(1 - 0.5 * s) / (1 - 0.53 * s) - 1 for s in (0.25, 0.5, 0.75, 1.0)]
-    np.testing.assert_allclose(biases, expected, atol=0.002)
-    assert found.totals[-1].verdict == "fail"
-
-
-def test_where_albedos_can_not_be_scaled_only_the_sum_is_compared(against: Callable[..., Comparison]) -> None:
-    case = small("glass-ball", tolerance=LOOSE)
-    found = against(case, Total(), budget=200.0)
-    assert found.verdict == "pass"
-    assert found.bounces == []
-    assert [t.verdict for t in found.totals] == ["unsupported"] * 3 + ["pass"]
-    assert "dielectric" in found.totals[0].message.lower()
+# ---- what is said of several, and a renderer that is wrapped
 
 
 def test_what_totals_have_in_common_is_said_once() -> None:
@@ -436,30 +320,6 @@ def test_what_totals_have_in_common_is_said_once() -> None:
     assert said_of(others) == "albedo × 0.5, 0.75: total: why"
     assert said_of([*others, total(1.0, "total: else")]) == "albedo × 0.5, 0.75: total: why; total: else"
     assert said_of([total(1.0, "total: else", "unsupported")]) == ""
-
-
-def test_its_seed_is_probed_by_totals(against: Callable[..., Comparison]) -> None:
-    case = small("furnace-box", tolerance=LOOSE)
-    found = against(case, Total(seeded=False))
-    assert found.verdict == "error"
-    assert "takes no notice of its seed" in found.message
-    assert "the total of the Cornell box" in found.message
-
-
-def test_what_crashes_once_is_not_asked_again(against: Callable[..., Comparison]) -> None:
-    asked: list[int] = []
-
-    class Crashing(Total):
-        def total(self, scene: Scene, spp: int, seed: int) -> Images:
-            if scene.shape != case.scene.shape:
-                return super().total(scene, spp, seed)
-            asked.append(seed)
-            raise RendererError("out of memory")
-
-    case = small("furnace-box", size=9, tolerance=LOOSE)
-    found = against(case, Crashing())
-    assert (found.verdict, found.bounces, len(asked)) == ("error", [], 1)
-    assert "out of memory" in found.message
 
 
 def test_a_wrapped_renderer_keeps_its_total() -> None:

@@ -1,23 +1,20 @@
-"""Cases and scenes of one's own, without touching the package."""
+"""Cases of one's own, without touching the package: from a file, or from a package that is installed."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from runpy import run_path
+from types import SimpleNamespace
 
-import jsonschema
-import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from comparisons.diagnosis import inquiry
 from lightproof import cases
-from lightproof.cli import app
 from scenes import Scene, library
-from scenes.channels import single_channel
 from scenes.formats import exr
-from scenes.schema import SCHEMA_FILE
+
+shared = SimpleNamespace(**run_path(str(Path(__file__).with_name("command.py"))))
+flat, invoke = shared.flat, shared.invoke
 
 OWN = """
 from dataclasses import replace
@@ -53,29 +50,12 @@ link = "none"
 """
 
 
-def invoke(*arguments: str | Path) -> Any:
-    return CliRunner().invoke(app, [str(a) for a in arguments])
-
-
-def flat(text: str) -> str:
-    return " ".join(text.translate(str.maketrans("│╭╮╰╯─", "      ")).split())
-
-
-def unbroken(text: str) -> str:
-    """Without any blanks: a long path may be broken anywhere."""
-    return "".join(flat(text).split())
-
-
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
     (tmp_path / "neighbour.py").write_text("NAME = 'my-sphere'\n")
     file = tmp_path / "own.py"
     file.write_text(OWN)
     return file
-
-
-def small(scene: Scene) -> Scene:
-    return scene.resized(8, 8)
 
 
 def test_a_function_in_a_file_is_a_case(own: Path, tmp_path: Path) -> None:
@@ -242,251 +222,3 @@ def test_an_installed_package_brings_cases_along(
     assert result.exit_code == 2
     assert "can't be loaded: AttributeError" in flat(result.output)
     assert "did you mean my-sphere" in flat(invoke("export", "my-spher").output)
-
-
-# ---- a scene with an answer image
-
-
-def test_a_scene_with_an_answer_image_is_a_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Files as the command itself writes them; a wrong answer fails."""
-    monkeypatch.setattr(inquiry, "CASES", 0)  # what is asked about a fail has tests of its own
-    scene, answer = tmp_path / "room.json", tmp_path / "room.exr"
-    assert invoke("export", "furnace-box", "--size", "8x8", "--out", scene).exit_code == 0
-    assert invoke("answer", "furnace-box", "--size", "8x8", "--bounces", "2", "--out", answer).exit_code == 0
-    files = ("--scene", scene, "--answer", answer)
-    options = ("--renderer", "reference", "--jobs", "1", "--no-total", "--out", tmp_path / "out")
-    result = invoke("validate", *files, *options)
-    assert result.exit_code == 0, result.output
-    assert "room × reference: pass" in result.output
-    [comparison] = json.loads((tmp_path / "out" / "results.json").read_bytes())["comparisons"]
-    assert comparison["truth"] == "computed"
-    assert [b["bounce"] for b in comparison["bounces"]] == [0, 1, 2]
-    mean, _ = exr.read_bounces(answer)
-    exr.write_bounces(answer, mean * [[[[1.0]]], [[[1.0]]], [[[1.1]]]])
-    assert invoke("validate", *files, *options).exit_code == 1
-
-
-def test_the_noise_of_an_answer_image_is_warned_of(tmp_path: Path) -> None:
-    """And whether it comes from the tracer that is judged: only then another strategy takes its place."""
-    scene, answer = tmp_path / "room.json", tmp_path / "room.exr"
-    scene.write_bytes(small(library.case("furnace-box").scene).to_json())
-    files = ("--scene", scene, "--answer", answer)
-    options = ("--renderer", "reference", "--jobs", "1", "--budget", "0.1", "--out", tmp_path / "out")
-
-    def notes() -> str:
-        invoke("validate", *files, *options)
-        [comparison] = json.loads((tmp_path / "out" / "results.json").read_bytes())["comparisons"]
-        return " ".join(comparison["notes"])
-
-    assert invoke("render", scene, "--spp", "4", "--bounces", "1", "--out", answer).exit_code == 0
-    found = notes()
-    assert "The truth is an image of 4 spp without standard errors" in found
-    assert "estimated by the reference tracer, which can't judge itself; reference:nee" in found
-    mean, _ = exr.read_bounces(answer)
-    exr.write_bounces(answer, mean, np.full_like(mean, 0.1), {"lightproof:source": "elsewhere, 4 spp"})
-    found = notes()
-    assert "without standard errors" not in found
-    assert "judge itself" not in found
-
-
-def test_an_answer_image_says_nothing_of_other_sizes_and_bounces(tmp_path: Path) -> None:
-    scene, answer = tmp_path / "room.json", tmp_path / "room.exr"
-    scene.write_bytes(small(library.case("furnace-box").scene).to_json())
-    exr.write_bounces(answer, np.ones((2, 8, 8, 3)))
-    files = ("--scene", scene, "--answer", answer)
-    finer = invoke("validate", *files, "--size", "16x16")
-    assert finer.exit_code == 2
-    assert "room.exr has 8x8 pixels and bounces 0 to 1; it says nothing of 16x16" in flat(finer.output)
-    more = invoke("validate", *files, "--bounces", "2")
-    assert more.exit_code == 2
-    assert "holds for bounces 0 to 1" in flat(more.output)
-
-
-def test_a_scene_and_an_answer_that_don_t_fit(tmp_path: Path) -> None:
-    scene, answer = tmp_path / "room.json", tmp_path / "room.exr"
-    scene.write_bytes(small(library.case("furnace-box").scene).to_json())
-    exr.write_bounces(answer, np.ones((2, 4, 8, 3)))
-    with pytest.raises(cases.CaseError, match=r"\(4, 8, 3\), the scene's sensor has \(8, 8, 3\)"):
-        cases.from_answer(scene, answer)
-    with pytest.raises(cases.CaseError, match="can't be read"):
-        cases.from_answer(scene, tmp_path / "none.exr")
-    scene.write_text('{"surfaces": [], "sensor": 3}')
-    with pytest.raises(cases.CaseError, match=r"room.json: sensor = 3"):
-        cases.from_answer(scene, answer)
-
-
-# ---- export, answer, choice
-
-
-def test_a_scene_as_json_renders(tmp_path: Path) -> None:
-    scene, out = tmp_path / "my-scene.json", tmp_path / "x.exr"
-    scene.write_bytes(small(library.case("furnace-box").scene).to_json())
-    result = invoke("render", scene, "--renderer", "reference", "--spp", "2", "--out", out)
-    assert result.exit_code == 0, result.output
-    mean, _ = exr.read_bounces(out)
-    assert mean.shape == (6, 8, 8, 3)
-    assert (mean[0] == 1).all()
-    assert mean[1].mean() == pytest.approx(0.5, rel=0.1)
-    assert invoke("export", scene, "--format", "gltf", "--out", tmp_path / "x.gltf").exit_code == 0
-    assert (tmp_path / "x.bin").exists()
-
-
-BY_HAND = """{
-  "surfaces": [
-    {
-      "name": "floor",
-      "shape": {"type": "quad", "corner": [-2, 0, 2], "edge_u": [4, 0, 0], "edge_v": [0, 0, -4]},
-      "material": {"type": "lambertian", "albedo": [0.5, 0.25, 0]}
-    }
-  ],
-  "sensor": {
-    "type": "pinhole", "origin": [0, 3, 0], "target": [0, 0, 0], "up": [0, 0, -1], "fov": 40, "width": 4, "height": 3
-  },
-  "lights": [{"type": "directional", "direction": [0, -4, 3], "irradiance": [1, 2, 3]}]
-}"""
-
-
-def test_a_scene_written_by_hand_obeys_the_schema_and_renders(tmp_path: Path) -> None:
-    """No program wrote it: whole numbers, fields that are left out. TE = (ρ/π) E⊥ cos θ, cos θ = 4/5."""
-    jsonschema.validate(json.loads(BY_HAND), json.loads(SCHEMA_FILE.read_bytes()))
-    scene, out = tmp_path / "by-hand.json", tmp_path / "x.exr"
-    scene.write_text(BY_HAND)
-    result = invoke("render", scene, "--renderer", "reference", "--spp", "2", "--bounces", "2", "--out", out)
-    assert result.exit_code == 0, result.output
-    mean, _ = exr.read_bounces(out)
-    assert mean.shape == (3, 3, 4, 3)
-    expected = np.array([0.5, 0.25, 0]) / np.pi * [1, 2, 3] * 0.8
-    np.testing.assert_allclose(mean[1], np.broadcast_to(expected, (3, 4, 3)), rtol=1e-6)
-    assert not mean[[0, 2]].any()
-    jsonschema.validate(json.loads(Scene.load(scene).to_json()), json.loads(SCHEMA_FILE.read_bytes()))
-
-
-def test_the_answer_is_the_truth(tmp_path: Path) -> None:
-    out = tmp_path / "truth.exr"
-    result = invoke("answer", "integrating-sphere", "--bounces", "3", "--size", "16x8", "--out", out)
-    assert result.exit_code == 0, result.output
-    case = library.case("integrating-sphere")
-    truth = case.answer.truth(case.scene.resized(16, 8), 3)
-    assert truth is not None
-    np.testing.assert_allclose(exr.read_bounces(out)[0], truth.mean, rtol=1e-6)
-    assert exr.read_attribute(out, "lightproof:source") == truth.source
-    assert exr.read_attribute(out, "lightproof:scene") == "integrating-sphere, 16x8 pixels"
-    assert exr.read_attribute(out, "lightproof:sha256") == case.scene.resized(16, 8).sha256
-    assert invoke("answer", "cornell-box", "--bounces", "2", "--out", out).exit_code == 0
-    assert (exr.read_bounces(out)[1] > 0).any(), "an estimate comes with its standard error"
-
-
-def test_spectra_are_written_with_their_wavelengths(tmp_path: Path) -> None:
-    """And read again: as the answer of a scene of one's own they bring their wavelengths along."""
-    name, answer = "furnace-equal-energy", tmp_path / "answer.exr"
-    size = ("--size", "4x4", "--bounces", "1")
-    result = invoke("answer", name, *size, "--out", answer)
-    assert "each of 41 wavelengths from 380 to 780 nm and a picture in linear sRGB, exact" in flat(
-        result.output
-    )
-    found = library.case(name)
-    assert exr.read_wavelengths(answer) == found.wavelengths
-    image = tmp_path / "image.exr"
-    result = invoke("render", name, *size, "--spp", "1", "--out", image)
-    assert "each of 41 wavelengths" in flat(result.output)
-    assert exr.read_wavelengths(image) == found.wavelengths
-    assert (exr.read_bounces(image)[0][0] == 1).all()
-    (tmp_path / "own.json").write_bytes(found.scene.resized(4, 4).to_json())
-    assert cases.from_answer(tmp_path / "own.json", answer).wavelengths == found.wavelengths
-
-
-def test_export_refuses_what_a_format_lacks(tmp_path: Path) -> None:
-    result = invoke("export", "furnace-sphere", "--format", "gltf", "--out", tmp_path / "x.gltf")
-    assert result.exit_code == 5
-    assert "gltf can't express this scene: sphere is a sphere: glTF has triangles only" in result.output
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("suffix", ["json", "xml", "pbrt", "gltf"])
-def test_the_suffix_says_the_format(suffix: str, tmp_path: Path) -> None:
-    out = tmp_path / f"x.{suffix}"
-    result = invoke("export", "furnace-box", "--channel", "1", "--size", "16x8", "--out", out)
-    assert result.exit_code == 0, result.output
-    if suffix == "json":
-        assert Scene.load(out).shape == (8, 16, 1)
-    else:  # where it comes from, and how many bounces the case asks for
-        text = out.read_text()
-        assert "furnace-box, 16x8 pixels, channel 1 of 0 to 2" in text
-        scene = single_channel(library.case("furnace-box").scene.resized(16, 8), 1)
-        assert scene.sha256 in text
-        bounces = library.case("furnace-box").bounces
-        said = {
-            "xml": f'value="{bounces + 1}"',
-            "pbrt": f'maxdepth" [ {bounces} ]',
-            "gltf": f'"bounces": {bounces}',
-        }
-        assert said[suffix] in text
-
-
-def test_export_overwrites_what_it_wrote_and_nothing_else(tmp_path: Path) -> None:
-    def export(*arguments: str | Path) -> Any:
-        return invoke("export", "furnace-mesh", "--out", *arguments)
-
-    xml, mesh = tmp_path / "x.xml", tmp_path / "x-0.ply"
-    mesh.write_text("a mesh of my own")
-    for _ in range(2):
-        result = export(xml)
-        assert result.exit_code == 2
-        assert unbroken("x-0.ply is there already") in unbroken(result.output)
-    assert [path.name for path in tmp_path.iterdir()] == ["x-0.ply"]
-    assert mesh.read_text() == "a mesh of my own"
-    mesh.unlink()
-    assert export(xml).exit_code == 0
-    assert export(xml, "--size", "4x4").exit_code == 0, "it is ours"
-    xml.write_text("<scene/>")
-    assert export(xml).exit_code == 2
-    (tmp_path / "d.xml").mkdir()
-    assert export(tmp_path / "d.xml").exit_code == 2
-
-
-def test_a_scene_of_ones_own_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    scene = Path("room.json")
-    scene.write_bytes(library.case("furnace-box").scene.to_json())
-    content = scene.read_bytes()
-    assert invoke("export", scene).exit_code == 0, "the same again does no harm"
-    result = invoke("export", scene, "--channel", "1")
-    assert result.exit_code == 2
-    assert "room.json is there already, and may be your own: give another name" in flat(result.output)
-    assert scene.read_bytes() == content
-
-
-def test_one_channel_of_a_scene(tmp_path: Path) -> None:
-    out = tmp_path / "x.json"
-    assert invoke("export", "cornell-box", "--channel", "1", "--out", out).exit_code == 0
-    assert Scene.load(out).channels == 1
-
-
-def test_families_and_all(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    asked: list[list[str]] = []
-
-    def run(chosen: Any, *rest: Any) -> Any:
-        asked.append([case.name for case in chosen])
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("lightproof.cli.run_validation", run)
-    for arguments in (
-        (),
-        ("--family", "furnace"),
-        ("--family", "furnace", "cornell-box"),
-        ("--all", "furnace-box"),
-    ):
-        assert invoke("validate", *arguments, "--out", tmp_path / "out").exit_code == 130
-    default, family, both, everything = asked
-    assert tuple(default) == library.DEFAULT
-    assert family == [n for n in library.CASES if library.case(n).family == "furnace"]
-    assert both == ["cornell-box", *family]
-    assert sorted(everything) == sorted(library.CASES)
-
-
-def test_the_list_says_what_a_case_needs() -> None:
-    rows = {row["name"]: row for row in json.loads(invoke("list", "cases", "--json").output)}
-    sphere = rows["integrating-sphere"]
-    assert sphere["features"] == ["sphere", "inward", "lambertian", "area", "polar_range", "pinhole"]
-    assert {"family", "bounces", "truth"} <= sphere.keys()
-    assert "polar_range" in invoke("list", "cases").output

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from runpy import run_path
+from types import SimpleNamespace
 from typing import Any
 
 import msgspec
@@ -11,27 +13,18 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
 from comparisons import results
 from comparisons.results import Comparison
-from lightproof.cli import app
 from scenes import library
 from scenes.formats import exr
 
+shared = SimpleNamespace(**run_path(str(Path(__file__).with_name("command.py"))))
+flat, unbroken = shared.flat, shared.unbroken
+
 
 def invoke(*arguments: str | Path) -> Any:
-    return CliRunner().invoke(app, ["check", *(str(a) for a in arguments)])
-
-
-def flat(text: str) -> str:
-    """Without the frames and line breaks that depend on the width of the terminal."""
-    return " ".join(text.translate(str.maketrans("│╭╮╰╯─", "      ")).split())
-
-
-def unbroken(text: str) -> str:
-    """Without any blanks: a long path may be broken anywhere."""
-    return "".join(flat(text).split())
+    return shared.invoke("check", *arguments)
 
 
 def truth_of(name: str, bounces: int, size: int = 64) -> np.ndarray:

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from runpy import run_path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from lightproof.cli import app
 from scenes.formats import exr
 
-
-def invoke(*arguments: Any) -> Any:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
-def flat(text: str) -> str:
-    return " ".join(text.replace("│", " ").split())
+shared = SimpleNamespace(**run_path(str(Path(__file__).with_name("command.py"))))
+flat, invoke = shared.flat, shared.invoke
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,18 @@
-"""A folder of results with every verdict, and a browser that complains."""
+"""Folders of results with every verdict, and the reports of them that several files look at."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from runpy import run_path
+from types import SimpleNamespace
 from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
 
+import reports
 from comparisons.results import (
     BounceResult,
     ChannelResult,
@@ -27,8 +30,24 @@ from comparisons.results import (
 )
 from scenes.formats import exr
 
+shared = SimpleNamespace(**run_path(str(Path(__file__).with_name("page.py"))))
+Page, rendered = shared.Page, shared.rendered
+
 SCRIPT = "<script>alert(1)</script>"
 CONTROL = "\x1b[31mred\x1b[0m\x00\x08 bell\x07 \ufffe"
+PROVENANCE = Provenance(
+    date="2025-11-03T09:30:00Z",
+    command_line=["lightproof", "validate", "--only", "a case"],
+    versions={"lightproof": "0.1.0", "numpy": "2.4.6"},
+    platform="Linux x86_64",
+    processors=8,
+    seed=1,
+    seeds="SeedSequence(seed).spawn",
+    budget=60.0,
+    alpha=0.05,
+    jobs=4,
+    seconds=187.0,
+)
 
 
 def bounce(k: int, verdict: Any, bias: float = 0.0, *, truth: float = 0.5, **changes: Any) -> BounceResult:
@@ -187,20 +206,7 @@ def every_verdict(folder: Path) -> Results:
             log=["starting", f"{CONTROL}", f"]]> {SCRIPT} & more"],
         ),
     ]
-    provenance = Provenance(
-        date="2025-11-03T09:30:00Z",
-        command_line=["lightproof", "validate", "--only", "a case"],
-        versions={"lightproof": "0.1.0", "numpy": "2.4.6"},
-        platform="Linux x86_64",
-        processors=8,
-        seed=1,
-        seeds="SeedSequence(seed).spawn",
-        budget=60.0,
-        alpha=0.05,
-        jobs=4,
-        seconds=187.0,
-    )
-    results = Results(provenance=provenance, comparisons=comparisons)
+    results = Results(provenance=PROVENANCE, comparisons=comparisons)
     write(results, folder)
     return results
 
@@ -265,7 +271,7 @@ def run_with_relations(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def run_of_many(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of results of each comparison twice, for tests that change nothing in it."""
     folder = tmp_path_factory.mktemp("run-of-many")
@@ -274,12 +280,25 @@ def run_of_many(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of results for tests that change nothing in it."""
     folder = tmp_path_factory.mktemp("run")
     every_verdict(folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def page(run: Path) -> Page:
+    """The report of that run."""
+    return rendered(run)
+
+
+@pytest.fixture(scope="session")
+def many(run_of_many: Path) -> Path:
+    """The file of the report of a run of each comparison twice."""
+    path, _ = reports.render(run_of_many)
+    return path
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Renderers from a configuration of the test's own; none of them may leave anything behind."""
+"""Mitsuba in this process, and renderers from a configuration of the test's own, which may leave nothing behind."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from comparisons.renderers import config, limits
+from comparisons.renderers.mitsuba import MitsubaRenderer
 from comparisons.renderers.process import RendererProcess
 
 PROGRAM = Path(__file__).with_name("program.py")
@@ -27,6 +28,11 @@ def toml(value: Any) -> str:
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key} = {toml(item)}" for key, item in value.items()) + "}"
     return json.dumps(value)
+
+
+@pytest.fixture(scope="module")
+def mitsuba() -> MitsubaRenderer:
+    return MitsubaRenderer("scalar_rgb")
 
 
 @pytest.fixture

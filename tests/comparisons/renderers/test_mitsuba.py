@@ -50,11 +50,6 @@ METAL = ((1.0, 1.0, 1.0), (2.0, 2.0, 2.0))
 CHECKS = Lambertian(Checkerboard((0.1, 0.2, 0.3), (0.4, 0.5, 0.6)))
 
 
-@pytest.fixture(scope="module")
-def mitsuba() -> MitsubaRenderer:
-    return MitsubaRenderer("scalar_rgb")
-
-
 def lamp(
     corner: tuple[float, float, float], u: tuple[float, float, float], v: tuple[float, float, float]
 ) -> Surface:
