@@ -120,10 +120,11 @@ def points_on(shape: Shape, count: int, seed: int = 1) -> Array:
     s, t = np.random.default_rng(seed).random((2, count, 1))
     match shape:
         case Quad():
-            return CORNER + s * U + t * V
+            return np.array(shape.corner) + s * np.array(shape.edge_u) + t * np.array(shape.edge_v)
         case Disk():
             r, phi = np.sqrt(s), 2 * np.pi * t
-            return np.array(shape.center) + r * np.cos(phi) * U + r * np.sin(phi) * RADIUS * V
+            u, v = np.array(shape.axis_u), np.array(shape.axis_v)
+            return np.array(shape.center) + r * np.cos(phi) * u + r * np.sin(phi) * v
         case Sphere():
             return np.array(shape.center) + shape.radius * sphere_points(count, seed)
         case Mesh():
@@ -133,6 +134,14 @@ def points_on(shape: Shape, count: int, seed: int = 1) -> Array:
     raise AssertionError(shape)
 
 
-SHAPES: dict[str, Shape] = {"quad": QUAD, "disk": DISK, "sphere": BALL, "mesh": MESH, "smooth mesh": SMOOTH}
+SHAPES: dict[str, Shape] = {
+    "quad": QUAD,
+    "parallelogram": Quad(tuple(CORNER), tuple(U), tuple(V + 0.4 * U)),
+    "disk": DISK,
+    "ellipse": Disk(DISK.center, tuple(U), tuple(0.6 * V + 0.3 * U)),
+    "sphere": BALL,
+    "mesh": MESH,
+    "smooth mesh": SMOOTH,
+}
 
 FLOOR = Surface("floor", Quad((-3.0, -3.0, 0.0), (6.0, 0.0, 0.0), (0.0, 6.0, 0.0)), GREY)
