@@ -34,6 +34,9 @@ def sphere():
 '''
 
 
+one_run = pytest.mark.xdist_group("cases as tests")
+
+
 @pytest.fixture(scope="module")
 def cases(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Mitsuba on two workers: a declared deviation, a light that it lacks, an answer that is wrong."""
@@ -47,6 +50,7 @@ def cases(tmp_path_factory: pytest.TempPathFactory) -> Run:
     )
 
 
+@one_run
 def test_every_case_is_a_test_on_any_worker(cases: Run) -> None:
     outcomes = {name: [type(result).__name__ for result in test.result] for name, test in cases.tests.items()}
     assert outcomes == {
@@ -59,6 +63,7 @@ def test_every_case_is_a_test_on_any_worker(cases: Run) -> None:
     assert cases.status == 1
 
 
+@one_run
 def test_a_case_that_fails_shows_the_table_and_no_traceback(cases: Run) -> None:
     text = message(cases.tests["dim[mitsuba]"])
     assert re.search(r"dim × mitsuba: Bounce 2 is (2\.|3\.).* % high", text)
@@ -67,11 +72,13 @@ def test_a_case_that_fails_shows_the_table_and_no_traceback(cases: Run) -> None:
     assert re.search(r"^FAILED lightproof::dim\[mitsuba\]", cases.text, re.MULTILINE)
 
 
+@one_run
 def test_a_known_deviation_passes_and_is_named(cases: Run) -> None:
     _, _, end = cases.text.partition("lightproof: known deviations")
     assert re.match(r" =+\nfurnace-sphere × mitsuba: Bounce 1 is 1\.\d+ % high .* as declared: known", end)
 
 
+@one_run
 def test_the_reports_are_kept_where_one_asks_for_them(cases: Run) -> None:
     found = {str(path.relative_to(cases.folder / "reports")) for path in cases.folder.rglob("report.html")}
     assert found == {

@@ -99,6 +99,9 @@ def test_mistaken(lightproof):
 """
 
 
+one_run = pytest.mark.xdist_group("suite")
+
+
 @pytest.fixture(scope="module")
 def suite(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Of a project whose warnings are errors."""
@@ -109,6 +112,7 @@ def suite(tmp_path_factory: pytest.TempPathFactory) -> Run:
     )
 
 
+@one_run
 def test_outcomes(suite: Run) -> None:
     outcomes = {name: [type(result).__name__ for result in test.result] for name, test in suite.tests.items()}
     assert outcomes == {
@@ -123,6 +127,7 @@ def test_outcomes(suite: Run) -> None:
     }
 
 
+@one_run
 def test_a_fail_prints_the_table_of_verdicts_and_leaves_the_report(suite: Run) -> None:
     text = message(suite.tests["test_brighter[a/b]"])
     assert re.search(r"furnace-box × Brighter: Bounce 2 is (2\.[89]|3\.[012])\d* % high \(.*\): fail\.", text)
@@ -140,18 +145,21 @@ def test_a_fail_prints_the_table_of_verdicts_and_leaves_the_report(suite: Run) -
     assert name == "report.html"
 
 
+@one_run
 def test_what_agrees_leaves_nothing(suite: Run) -> None:
     left = {path.parents[1].name for path in (suite.folder / "temporary").rglob("results.json")}
     wrong = {"test_brighter[a/b]", "test_noisy", "test_not_skipped", "test_broken"}
     assert left == {name for test in wrong for name in list(folder_names(f"test_own.py::{test}"))[1:]}
 
 
+@one_run
 def test_the_message_is_plain_and_shows_none_of_our_own_code(suite: Run) -> None:
     assert "\x1b" not in suite.text
     # a traceback is of the test alone
     assert set(re.findall(r"^(\S+\.py):\d+: ", suite.text, re.MULTILINE)) == {"test_own.py"}
 
 
+@one_run
 def test_inconclusive_says_what_is_needed(suite: Run) -> None:
     text = message(suite.tests["test_noisy"])
     assert "inconclusive, which is not a pass" in text
@@ -161,17 +169,20 @@ def test_inconclusive_says_what_is_needed(suite: Run) -> None:
     )
 
 
+@one_run
 def test_unsupported_is_skipped_or_fails_as_the_test_says(suite: Run) -> None:
     for name in ("test_skipped", "test_not_skipped"):
         assert "furnace-box × WithoutBoxes: unsupported, boxes" in message(suite.tests[name])
 
 
+@one_run
 def test_an_exception_is_shown_with_the_renderer_s_own_lines(suite: Run) -> None:
     text = message(suite.tests["test_broken"])
     assert "furnace-box × Broken: error, RuntimeError: out of texture memory" in text
     assert 'raise RuntimeError("out of texture memory")' in text
 
 
+@one_run
 def test_a_mistake_is_shown_where_it_was_made(suite: Run) -> None:
     text = message(suite.tests["test_mistaken"])
     assert "no case is called 'furnace-bax': did you mean furnace-box" in text
