@@ -119,8 +119,10 @@ class Comparing:
         entries = {k: entry for entry in known for k in open_bounces if entry.speaks_of(k)}
 
         def show(share: float) -> None:
-            drawn = f"{sampler.replicates} of {sampler.enough} replicates; " if not self.looks else ""
-            self.observer.progressed(share, f"{drawn}open bounces: {', '.join(map(str, open_bounces))}")
+            if (drawn := sampler.replicates) < sampler.enough:
+                self.observer.progressed(share, f"{drawn} of {sampler.enough} replicates")
+            else:
+                self.observer.progressed(share, f"open bounces: {', '.join(map(str, open_bounces))}")
 
         sampler = Sampler(self._job(show), self.crew, self.regions)
         sampler.draw(open_bounces, sampler.enough)

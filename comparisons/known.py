@@ -27,6 +27,9 @@ wrong in the sum alone, as the renderer's users make it, has an entry of its own
 
 Of a relation, the bias is that of the first side, relative to the second, and ``case`` may also be one of the scenes
 that relations bring along. The entry speaks of each of its claims.
+
+A file for ``--known`` may also name cases and scenes of the user's own, those of the run. A name that nothing has is
+refused, since it would be passed over in silence.
 """
 
 from __future__ import annotations
@@ -230,12 +233,13 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     deviation: list[Deviation] = []
 
 
-def load(path: Path, own: Iterable[str] = ()) -> list[Deviation]:
+def load(path: Path, own: Iterable[str] = (), scenes: Iterable[str] = ()) -> list[Deviation]:
     """Read a file of known deviations.
 
     Args:
         path: the file.
-        own: names of cases and scenes, besides the library's, that it may speak of.
+        own: names of cases, besides the library's, that it may speak of.
+        scenes: of scenes, besides those of cases, that it may speak of where it speaks of a relation.
 
     Raises:
         KnownError: it does not exist, or a field is wrong; with its path and what was expected.
@@ -258,7 +262,7 @@ def load(path: Path, own: Iterable[str] = ()) -> list[Deviation]:
                 look_up("case", entry.case, cases)
             else:
                 look_up("relation", entry.relation, RELATIONS)
-                look_up("scene", entry.case, {**cases, **STAGES})
+                look_up("scene", entry.case, {**cases, **STAGES, **dict.fromkeys(scenes)})
             _check_renderers(entry)
         except (UnknownNameError, ConfigError) as error:
             raise KnownError(f"{path}: deviation[{i}]: {error}") from error

@@ -97,7 +97,7 @@ def validate(
         lending = several_cases(*named, (None, None), None, None, default=())
         chosen, tasks = [], relation_tasks(relation or [], lending, scene)
     else:
-        chosen = several_cases(*named, (scene, answer), bounces, resolution)
+        chosen = lending = several_cases(*named, (scene, answer), bounces, resolution)
         tasks = [] if any((*named, scene, relations is not None)) else cheap_tasks()
     renderers = _distinct(renderer or DEFAULT_RENDERERS)
     settings = Settings(
@@ -109,7 +109,7 @@ def validate(
         budget=budget,
         seed=seed,
         jobs=jobs or os.cpu_count() or 1,
-        known=tuple(_known(known, chosen, tasks)),
+        known=tuple(_known(known, lending, tasks)),
         early_stop=early_stop,
         total=total,
     )
@@ -303,9 +303,10 @@ def _known(file: str, cases: Sequence[Case], tasks: Sequence[Task]) -> list[know
     """What is declared: by this project, and by the user's file, which may speak of any case or scene of the run."""
     if file == "none":
         return []
-    of_run = [*(case.name for case in cases), *(task.subject.name for task in tasks)]
+    cases_of_run = [*announced(), *(case.name for case in cases)]
+    scenes = [task.subject.name for task in tasks]
     try:
-        own = known_deviations.load(Path(file), [*announced(), *of_run]) if file else []
+        own = known_deviations.load(Path(file), cases_of_run, scenes) if file else []
         return known_deviations.load(known_deviations.SHIPPED) + own
     except known_deviations.KnownError as error:
         raise typer.BadParameter(str(error), param_hint="--known") from None

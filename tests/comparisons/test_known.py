@@ -174,8 +174,17 @@ def test_a_case_of_the_users_own_has_to_be_named_to_be_spoken_of(tmp_path: Path)
     assert known.declared([entry], "attic", "mitsuba:scalar_rgb", "3.9.1") == [entry]
     file.write_text(ENTRY.replace("furnace-box", "attic") + 'relation = "scaling"\n')
     assert known.load(file, ["attic"])
+    assert known.load(file, scenes=["attic"])
     with pytest.raises(known.KnownError, match="no scene is called 'attic'"):
-        known.load(file, ["cellar"])
+        known.load(file, ["cellar"], ["loft"])
+
+
+def test_a_scene_has_no_answer_to_deviate_from(tmp_path: Path) -> None:
+    file = tmp_path / "known.toml"
+    for scene in ("attic", "room"):
+        file.write_text(ENTRY.replace("furnace-box", scene))
+        with pytest.raises(known.KnownError, match=f"no case is called '{scene}'"):
+            known.load(file, scenes=["attic", "room"])
 
 
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
