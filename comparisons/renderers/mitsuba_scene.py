@@ -2,8 +2,9 @@
 
 - Mitsuba's shapes face the same way as ours; a sphere whose front is its inside has ``flip_normals``. A two-sided
   surface is Mitsuba's ``twosided`` BSDF.
-- Its rectangle is [−1, 1]², its disk the unit disk, both with normal +z. They take any axes: a
-  parallelogram, an ellipse.
+- Its rectangle is [−1, 1]², its disk the unit disk, both with normal +z. They take axes that are not
+  orthogonal, too: a parallelogram, an ellipse. Mitsuba's manual forbids an ellipse; it was measured to be right as
+  long as its area, a difference of squares in single precision, is not lost.
 - Meshes go through a PLY file, since emitters can't be attached to a mesh in memory.
 - Texture coordinates are the same on rectangles and meshes; on a sphere Mitsuba's v runs down from the pole. The
   first row of a bitmap is at v = 0. A disk has polar ones.
@@ -58,6 +59,7 @@ from scenes import (
     ThinLens,
 )
 from scenes.formats.mitsuba_pictures import environment_rows, zone_rows
+from scenes.formats.mitsuba_xml import LEAST_SINE
 from scenes.materials import is_textured
 from scenes.validation import Vector
 
@@ -198,8 +200,10 @@ def _quad(mi: Any, quad: Quad) -> Dict:
 
 
 def _disk(mi: Any, disk: Disk) -> Dict:
-    axes = [np.asarray(disk.axis_u), np.asarray(disk.axis_v), disk.normal]
-    return {"type": "disk", "to_world": _placed(mi, axes, disk.center)}
+    u, v = np.asarray(disk.axis_u), np.asarray(disk.axis_v)
+    if np.linalg.norm(np.cross(u, v)) < LEAST_SINE * np.linalg.norm(u) * np.linalg.norm(v):
+        raise Unsupported("an ellipse by radii that are nearly parallel: Mitsuba loses its area to rounding")
+    return {"type": "disk", "to_world": _placed(mi, [u, v, disk.normal], disk.center)}
 
 
 def _zone_axis(surface: Surface) -> Vector:

@@ -1,4 +1,4 @@
-"""Wrong renderers beside the real ones, and an observer that keeps what it is told."""
+"""Wrong renderers beside the real ones, an observer that keeps what it is told, and comparisons in one call."""
 
 from __future__ import annotations
 

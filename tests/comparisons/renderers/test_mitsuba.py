@@ -255,6 +255,7 @@ def test_what_it_can_t_express_is_named(
 TILTED = AreaLight((1.0, 2.0, 4.0), PolarRange(0.0, 90.0, (0.0, 1.0, 0.0)))
 MISSING: dict[str, dict[str, Any]] = {
     "ellipsoid shape": {"shape": Ellipsoid(*FLAT, (0.0, 0.0, 1.0))},
+    "radii that are nearly parallel": {"shape": Disk(FLAT[0], FLAT[1], (1.0, 0.005, 0.0))},
     "texture on a disk": {"shape": Disk(*FLAT), "material": CHECKS},
     "a texture on a disk": {"shape": Disk(*FLAT), "material": Blend(GREY, CHECKS, 0.5)},
     "about an axis other than z": {

@@ -6,6 +6,7 @@ from pathlib import Path
 from runpy import run_path
 from types import SimpleNamespace
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -14,14 +15,17 @@ from scenes import (
     AreaLight,
     Checkerboard,
     DirectionalLight,
+    Disk,
     ImageTexture,
     Lambertian,
     Light,
     PointLight,
     PolarRange,
+    Quad,
     Shape,
     Sphere,
     Surface,
+    library,
 )
 
 shared = SimpleNamespace(**run_path(str(Path(__file__).with_name("single_rays.py"))))
@@ -83,7 +87,9 @@ TEXTURES = {
 
 @pytest.mark.parametrize("texture", TEXTURES)
 @pytest.mark.parametrize(
-    "shape", [QUAD, BALL, Sphere(BALL.center, BALL.radius, True), MESH], ids=lambda part: type(part).__name__
+    "shape",
+    [QUAD, SHAPES["parallelogram"], BALL, Sphere(BALL.center, BALL.radius, True), MESH],
+    ids=lambda part: type(part).__name__,
 )
 def test_textures_lie_where_ours_do(mitsuba: MitsubaRenderer, shape: Shape, texture: str) -> None:
     targets = points_on(shape, 40)
@@ -106,3 +112,26 @@ def test_a_texture_on_a_sphere_that_emits_from_a_zone(mitsuba: MitsubaRenderer) 
     targets = points_on(BALL, 40)
     rays = rays_to(targets, np.array(BALL.center) + 3 * (targets - np.array(BALL.center)))
     assert_same(mitsuba, [surface], [DirectionalLight((0.1, 0.2, -1.0), (1.0, 2.0, 3.0))], rays)
+
+
+LAMPS = {
+    "parallelogram": Quad((-1.4, 1.2, 0.3), (0.9, 0.1, -1.0), (0.8, 0.4, -0.1)),
+    "ellipse": Disk((-0.7, 1.4, -0.4), (0.9, 0.1, -0.2), (0.3, -0.15, 0.4)),
+}
+
+
+@pytest.mark.parametrize("name", LAMPS)
+def test_a_skew_lamp_is_as_bright_as_its_formula(mitsuba: MitsubaRenderer, name: str) -> None:
+    """Emitter samples have the density of its own area; a rectangle of these edges has 42 % more, a circle 7 %."""
+    case = library.case("quad-over-plane")
+    floor, lamp = case.scene.surfaces
+    view = msgspec.structs.replace(
+        case.scene.resized(8, 8), surfaces=(floor, msgspec.structs.replace(lamp, shape=LAMPS[name]))
+    )
+    answer = case.answer.truth(view, 1)
+    assert answer is not None
+    exact = answer.mean[1].mean()
+    means = [mitsuba.render(view, [1], 64, seed).mean() for seed in range(32)]
+    error = np.std(means, ddof=1) / np.sqrt(len(means))
+    assert error < 0.004 * exact
+    assert abs(np.mean(means) - exact) < 4.5 * error

@@ -361,6 +361,7 @@ def test_parameters_of_the_file(tmp_path: Path, mitsuba: MitsubaRenderer) -> Non
     ("feature", "scene"),
     [
         ("ellipsoid", one(Ellipsoid((0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 1)))),
+        ("nearly parallel", one(Disk((0, 0, 0), (1, 0, 0), (1, 0.005, 0)))),
         ("polar", one(Disk((0, 0, 0), (1, 0, 0), (0, 1, 0)), Lambertian(TEXTURES["nearest"]))),
         ("both sides", one(WALL, GREY, emission=AreaLight((1, 1, 1)), two_sided=True)),
         ("angular profile", one(WALL, emission=AreaLight((1, 1, 1), None, ((1, 1, 1), (2, 2, 2))))),
