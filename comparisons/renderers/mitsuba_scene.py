@@ -59,7 +59,7 @@ from scenes import (
     ThinLens,
 )
 from scenes.formats.mitsuba_pictures import environment_rows, zone_rows
-from scenes.formats.mitsuba_xml import LEAST_SINE
+from scenes.formats.mitsuba_xml import loses_its_area
 from scenes.materials import is_textured
 from scenes.validation import Vector
 
@@ -200,10 +200,10 @@ def _quad(mi: Any, quad: Quad) -> Dict:
 
 
 def _disk(mi: Any, disk: Disk) -> Dict:
-    u, v = np.asarray(disk.axis_u), np.asarray(disk.axis_v)
-    if np.linalg.norm(np.cross(u, v)) < LEAST_SINE * np.linalg.norm(u) * np.linalg.norm(v):
+    if loses_its_area(disk):
         raise Unsupported("an ellipse by radii that are nearly parallel: Mitsuba loses its area to rounding")
-    return {"type": "disk", "to_world": _placed(mi, [u, v, disk.normal], disk.center)}
+    axes = [np.asarray(disk.axis_u), np.asarray(disk.axis_v), disk.normal]
+    return {"type": "disk", "to_world": _placed(mi, axes, disk.center)}
 
 
 def _zone_axis(surface: Surface) -> Vector:
