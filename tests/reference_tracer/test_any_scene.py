@@ -361,11 +361,11 @@ def test_the_same_scene_in_another_way(seen: Known, change: Callable[[int], Scen
 
 @together
 def test_a_scene_that_is_not_quite_the_same_is_found(seen: Known) -> None:
-    """The power of the above: every surface is 5 % larger, camera and lights are not. Of 3 %, half the seeds tell."""
+    """The power of the above: every surface is 3 % larger, camera and lights are not."""
 
     def nearly(seed: int) -> Scene:
         scene = random_scene(seed)
-        surfaces = tuple(transformed(surface, Affine.scaling(1.05)) for surface in scene.surfaces)
+        surfaces = tuple(transformed(surface, Affine.scaling(1.03)) for surface in scene.surfaces)
         return msgspec.structs.replace(scene, surfaces=surfaces)
 
     with pytest.raises(OffError):
